@@ -211,13 +211,13 @@ mod tests {
 
     #[test]
     fn errors_name_the_knot() {
-        let told = |degree, knots: &[f64]| BSplineBasis::new(degree, knots.to_vec()).unwrap_err().to_string();
-        assert_eq!(told(1, &[0., 1.]), "2 knots: degree 1 needs at least 4");
+        let message = |degree, knots: &[f64]| BSplineBasis::new(degree, knots.to_vec()).unwrap_err().to_string();
+        assert_eq!(message(1, &[0., 1.]), "2 knots: degree 1 needs at least 4");
         for degree in [usize::MAX, usize::MAX / 2, isize::MAX as usize] {
-            assert!(told(degree, &[0., 1.]).starts_with("2 knots: degree"), "{degree}");
+            assert!(message(degree, &[0., 1.]).starts_with("2 knots: degree"), "{degree}");
         }
-        assert!(told(1, &[0., 0., 2., 1., 3., 3.]).starts_with("[3]: knot 3 (1) lies below"));
-        assert!(told(1, &[0., 0., 1., 1., 1., 3., 3.]).starts_with("[4]: the knot 1 occurs more"));
+        assert!(message(1, &[0., 0., 2., 1., 3., 3.]).starts_with("[3]: knot 3 (1) lies below"));
+        assert!(message(1, &[0., 0., 1., 1., 1., 3., 3.]).starts_with("[4]: the knot 1 occurs more"));
         assert!(BSplineBasis::new(0, vec![1., 1.]).is_err());
     }
 

@@ -136,13 +136,13 @@ mod tests {
 
     #[test]
     fn refused_weights() {
-        let told = |weights: &[f64], rows, columns| {
+        let message = |weights: &[f64], rows, columns| {
             WeightNet::new(weights.to_vec(), rows, columns, false).unwrap_err().to_string()
         };
-        assert_eq!(told(&[1.0; 3], 2, 2), "3 weights for 4 control points");
-        assert!(told(&[1.0, 0.0], 2, 1).starts_with("[1]: the weight 0 is not"));
-        assert!(told(&[1.0, f64::NAN], 1, 2).starts_with("[1]: the weight NaN is not"));
-        assert!(told(&[1e-7, 1e7], 1, 2).contains("too far apart"));
+        assert_eq!(message(&[1.0; 3], 2, 2), "3 weights for 4 control points");
+        assert!(message(&[1.0, 0.0], 2, 1).starts_with("[1]: the weight 0 is not"));
+        assert!(message(&[1.0, f64::NAN], 1, 2).starts_with("[1]: the weight NaN is not"));
+        assert!(message(&[1e-7, 1e7], 1, 2).contains("too far apart"));
     }
 
     /// 1 / (1 + x) = n / w with n = 1: derivatives (−1)ᵏ k! / (1 + x)ᵏ⁺¹.

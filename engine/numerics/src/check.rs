@@ -5,7 +5,7 @@ mod sentences;
 use std::fmt::{self, Display};
 
 pub use sentences::{
-    deviation_beyond, length_beyond, negative, not_ascending, not_finite, not_positive, per_node, per_position, range,
+    deviation_exceeds, length_exceeds, negative, not_ascending, not_finite, not_positive, per_node, per_position, range,
 };
 
 /// A value that cannot be used.

@@ -116,7 +116,7 @@ proptest! {
 }
 
 #[test]
-fn the_global_section_says_millimetres() {
+fn the_global_section_has_millimetres() {
     let surface = super::shapes::bilinear([[0., 0., 0.], [0., 1., -70.5], [1., 0., 0.], [1., 1., 0.]]);
     let shapes = [NamedShape { name: "", shape: CadShape::Surface(&surface) }];
     let text = iges::write(&shapes, &label()).expect("a file");

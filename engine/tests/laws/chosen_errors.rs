@@ -91,10 +91,10 @@ fn measured(regularization: Option<Regularization>) -> Shares {
             let TermKey::Powers(powers) = &coefficient.key else { panic!("a surface has powers") };
             let truth = truth(powers[0], powers[1]);
             let error = coefficient.value - truth;
-            let told = coefficient.std_error.expect("degrees of freedom");
+            let claimed = coefficient.std_error.expect("degrees of freedom");
             let conditional = coefficient.error_given_lambda().expect("degrees of freedom");
-            hits[0][k] += usize::from((coefficient.least_squares - truth).abs() <= told);
-            hits[1][k] += usize::from(error.abs() <= told);
+            hits[0][k] += usize::from((coefficient.least_squares - truth).abs() <= claimed);
+            hits[1][k] += usize::from(error.abs() <= claimed);
             hits[2][k] += usize::from(error.abs() <= conditional);
             true_error += (error * places.length(powers[0], powers[1])).powi(2);
         }

@@ -264,9 +264,9 @@ fn active_constraints_leave_no_standard_error() {
 }
 
 #[track_caller]
-fn refused(nodes: &Nodes, spec: &FitSpec, told: &str) {
+fn refused(nodes: &Nodes, spec: &FitSpec, message: &str) {
     match estimation::fit(nodes, spec) {
-        Err(FitError::Invalid(faults)) => assert!(faults.to_string().starts_with(told), "{faults}"),
+        Err(FitError::Invalid(faults)) => assert!(faults.to_string().starts_with(message), "{faults}"),
         other => panic!("{other:?}"),
     }
 }

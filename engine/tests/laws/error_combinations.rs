@@ -204,16 +204,16 @@ fn unavailable_results_are_omitted_with_a_warning() {
 fn incompatible_options_are_refused() {
     let (rows, y) = problem(74);
     let nodes = matrix(&rows, &y);
-    let refused = |spec: &FitSpec, told: &str| {
+    let refused = |spec: &FitSpec, message: &str| {
         let error = flankfit_engine::estimation::fit(&nodes, spec).unwrap_err();
         let FitError::Invalid(faults) = error else { panic!("{error}") };
-        assert!(faults.to_string().starts_with(told), "{faults}");
+        assert!(faults.to_string().starts_with(message), "{faults}");
     };
     let correlated = |rho| FitSpec { errors: ar1(rho), ..plain() };
     let sandwich = FitSpec { variance: Variance::Hc3, ..plain() };
     let press = Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Press) };
-    let told = "regularization.parameter.criterion: press and blocked_cv need independent nodes";
-    refused(&FitSpec { regularization: press, ..correlated(Some(0.5)) }, told);
+    let message = "regularization.parameter.criterion: press and blocked_cv need independent nodes";
+    refused(&FitSpec { regularization: press, ..correlated(Some(0.5)) }, message);
     let given = Some(Prior::Given { mean: vec![0.0; 5], spread: PriorSpread::StdError(vec![1.0; 5]) });
     refused(
         &FitSpec { prior: given.clone(), ..correlated(None) },

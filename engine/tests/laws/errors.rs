@@ -201,10 +201,10 @@ fn incompatible_options_are_refused() {
     let mut random = Random::new(37);
     let curve = Nodes::curve(axis(20), random.normals(20), None).unwrap();
     let grid = Nodes::grid(axis(4), axis(5), random.normals(20), None, None).unwrap();
-    let refused = |nodes: &Nodes, spec: &FitSpec, told: &str| {
+    let refused = |nodes: &Nodes, spec: &FitSpec, message: &str| {
         let error = flankfit_engine::estimation::fit(nodes, spec).unwrap_err();
         let flankfit_engine::estimation::FitError::Invalid(faults) = error else { panic!("{error}") };
-        assert!(faults.to_string().starts_with(told), "{faults}");
+        assert!(faults.to_string().starts_with(message), "{faults}");
     };
     let ar1 = Correlation::Ar1 { rho: Some(0.5) };
     let matern = Correlation::Matern { parameters: None };
@@ -218,8 +218,8 @@ fn incompatible_options_are_refused() {
     refused(&curve, &correlated(walk, Along::Order), "errors.parameters.rho: 1 is not a correlation");
     let both = FitSpec { variance: Variance::Hc3, ..correlated(ar1, Along::Order) };
     refused(&curve, &both, "variance: either correlated errors or unequal variances");
-    let told = FitSpec { variance: Variance::Hc3, noise_sigma: Some(1.0), ..spec(3) };
-    refused(&curve, &told, "noise_sigma: variances are estimated from the residuals");
+    let specified = FitSpec { variance: Variance::Hc3, noise_sigma: Some(1.0), ..spec(3) };
+    refused(&curve, &specified, "noise_sigma: variances are estimated from the residuals");
     let short = FitSpec { variance: Variance::Groups(vec![1]), ..spec(3) };
     refused(&curve, &short, "variance.groups: 1 entry, but there are 20 nodes");
     let at_zero = FitSpec { variance: Variance::Power { of: Along::U, exponent: None }, ..spec(3) };
@@ -257,8 +257,8 @@ fn correlations_at_the_bounds_of_the_search_are_warned_of() {
 fn known_errors_need_no_residuals() {
     let nodes = Nodes::curve(axis(3), vec![0.8, 1.5, 1.3], None).unwrap();
     let predict = Some(Predict { at: Places::Curve(axis(3)), level: None, kinds: Kinds::default(), slopes: false });
-    let told = Correlation::Ar1 { rho: Some(0.5) };
-    let errors = Some(Errors { correlation: told, along: Along::Order, lines: None });
+    let known = Correlation::Ar1 { rho: Some(0.5) };
+    let errors = Some(Errors { correlation: known, along: Along::Order, lines: None });
     let asked = FitSpec { errors, noise_sigma: Some(0.2), predict, ..spec(2) };
     let found = fit(&nodes, &asked);
     let heights = found.predictions.unwrap();
@@ -308,7 +308,7 @@ fn inestimable_error_parameters_are_refused() {
         }
         other => panic!("{other:?}"),
     };
-    let told = |nodes: &Nodes, spec: &FitSpec, place: &str, begin: &str| {
+    let check_refusal = |nodes: &Nodes, spec: &FitSpec, place: &str, begin: &str| {
         let (path, message) = refused(nodes, spec);
         assert!(path == place && message.starts_with(begin), "{path}: {message}");
     };
@@ -326,20 +326,20 @@ fn inestimable_error_parameters_are_refused() {
     for correlation in
         [Correlation::Ar1 { rho: None }, Correlation::Ar2 { phi: None }, Correlation::Matern { parameters: None }]
     {
-        told(&column, &of(correlation, Along::V, None), "errors.along", "every line has a single node, so");
+        check_refusal(&column, &of(correlation, Along::V, None), "errors.along", "every line has a single node, so");
         let named = of(correlation, Along::Order, Some(lines.clone()));
         let begin = "2 pairs of neighbours are on one line, fewer than 3, so";
-        told(&scattered, &named, "errors.line", begin);
+        check_refusal(&scattered, &named, "errors.line", begin);
         assert!(fit(&column, &of(correlation, Along::U, None)).errors.is_some());
     }
     // lines of two nodes have one correlation, which is no two parameters
     let pairs = Nodes::grid(axis(15), axis(2), random.normals(30), None, None).unwrap();
     let threes: Vec<i64> = (0..30).map(|k| if k < 6 { k / 3 } else { k / 2 }).collect();
     for correlation in [Correlation::Ar2 { phi: None }, Correlation::Matern { parameters: None }] {
-        told(&pairs, &of(correlation, Along::V, None), "errors.along", "no line has three nodes, so");
+        check_refusal(&pairs, &of(correlation, Along::V, None), "errors.along", "no line has three nodes, so");
         let named = of(correlation, Along::Order, Some(threes.clone()));
         let begin = "2 nodes have two others before on the same line, fewer";
-        told(&scattered, &named, "errors.line", begin);
+        check_refusal(&scattered, &named, "errors.line", begin);
         assert!(fit(&pairs, &of(correlation, Along::U, None)).errors.is_some());
     }
     assert!(fit(&pairs, &of(Correlation::Ar1 { rho: None }, Along::V, None)).errors.is_some());
@@ -358,7 +358,7 @@ fn inestimable_error_parameters_are_refused() {
             let nodes = Nodes::scattered(axis(30), v, random.normals(30), None).unwrap();
             let asked =
                 FitSpec { model: model.clone(), variance: Variance::Power { of: Along::V, exponent: None }, ..spec(1) };
-            told(&nodes, &asked, "variance.power_of", "the coordinate is the same at every node");
+            check_refusal(&nodes, &asked, "variance.power_of", "the coordinate is the same at every node");
         }
     }
 }

@@ -281,9 +281,9 @@ fn a_known_power_is_a_weighted_fit() {
     let middle = (x.iter().map(|x| x.ln()).sum::<f64>() / 20.0).exp();
     let weights = x.iter().map(|x| (x / middle).powi(-2)).collect();
     let variance = Variance::Power { of: Along::U, exponent: Some(1.0) };
-    let told = fit(&Nodes::curve(x.clone(), y.clone(), None).unwrap(), &FitSpec { variance, ..spec() });
+    let known = fit(&Nodes::curve(x.clone(), y.clone(), None).unwrap(), &FitSpec { variance, ..spec() });
     let weighted = fit(&Nodes::curve(x, y, Some(weights)).unwrap(), &spec());
-    for (a, b) in told.coefficients.iter().zip(&weighted.coefficients) {
+    for (a, b) in known.coefficients.iter().zip(&weighted.coefficients) {
         for (a, b) in a.interval.unwrap().ends.iter().zip(b.interval.unwrap().ends) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }

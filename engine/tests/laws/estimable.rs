@@ -161,7 +161,7 @@ fn without_near_dependencies_or_unasked_there_are_none() {
 
 /// Eqs. 28, 37, 38, 41, 42, 45 and 46 on matrices formed entry by entry.
 #[test]
-fn b_is_the_product_that_it_is_said_to_be() {
+fn b_agrees_with_its_definition() {
     for (scheme, count) in [(Scheme::FirstOrder, 1), (Scheme::FirstOrder, 2), (Scheme::Exact, 2)] {
         let mut random = Random::new(11);
         let x = rows(&mut random);

@@ -182,16 +182,16 @@ fn a_column_that_is_off_within_the_uncertainty_is_no_other_machine() {
 #[test]
 fn the_ratio_is_how_much_of_the_change_came() {
     for seed in 0..50 {
-        let told = answer(seed, 0.7, |_| 0.0);
-        let (ratio, error) = (told.response_ratio.unwrap(), told.response_ratio_std_error.unwrap());
+        let comparison = answer(seed, 0.7, |_| 0.0);
+        let (ratio, error) = (comparison.response_ratio.unwrap(), comparison.response_ratio_std_error.unwrap());
         assert!((ratio - 0.7).abs() < 5.0 * error.hypot(0.01), "{ratio} ± {error}");
-        assert!(told.rms_measured_um > told.rms_predicted_um && told.nodes >= 36);
+        assert!(comparison.rms_measured_um > comparison.rms_predicted_um && comparison.nodes >= 36);
     }
 }
 
 #[test]
 fn numbers_are_those_of_their_definitions() {
-    let told = compare(&Comparison {
+    let comparison = compare(&Comparison {
         before: vec![4.0, -4.0, 2.0, f64::NAN],
         measured: vec![1.0, -2.0, 1.0, 3.0],
         weight: None,
@@ -206,19 +206,19 @@ fn numbers_are_those_of_their_definitions() {
     })
     .unwrap();
     let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-9, "{got} is not {want}");
-    assert_eq!((told.nodes, told.verdict), (3, Verdict::Undecided));
-    close(told.rms_before_um, 12f64.sqrt());
-    close(told.rms_predicted_um, (2.0f64 / 3.0).sqrt());
-    close(told.rms_measured_um, 2f64.sqrt());
-    close(told.rms_predicted_change_um, (22.0f64 / 3.0).sqrt());
-    close(told.rms_difference_um, (2.0f64 / 3.0).sqrt());
-    close(told.rms_expected_difference_um, 2f64.sqrt());
-    close(told.chi_squared, 1.0);
+    assert_eq!((comparison.nodes, comparison.verdict), (3, Verdict::Undecided));
+    close(comparison.rms_before_um, 12f64.sqrt());
+    close(comparison.rms_predicted_um, (2.0f64 / 3.0).sqrt());
+    close(comparison.rms_measured_um, 2f64.sqrt());
+    close(comparison.rms_predicted_change_um, (22.0f64 / 3.0).sqrt());
+    close(comparison.rms_difference_um, (2.0f64 / 3.0).sqrt());
+    close(comparison.rms_expected_difference_um, 2f64.sqrt());
+    close(comparison.chi_squared, 1.0);
     // c = (−3, 3, −2), came (−3, 2, −1)
-    close(told.response_ratio.unwrap(), 17.0 / 22.0);
-    close(told.response_ratio_std_error.unwrap(), (2.0f64 / 22.0).sqrt());
+    close(comparison.response_ratio.unwrap(), 17.0 / 22.0);
+    close(comparison.response_ratio_std_error.unwrap(), (2.0f64 / 22.0).sqrt());
     // tables: 16.266
-    assert!((told.chi_squared_limit - 16.266).abs() < 0.3);
+    assert!((comparison.chi_squared_limit - 16.266).abs() < 0.3);
 }
 
 /// The uncertainty of the machine counts in full, and as if all settings erred the same way at
@@ -227,8 +227,8 @@ fn numbers_are_those_of_their_definitions() {
 fn the_interval_of_the_ratio_is_wide() {
     for factor in [0.7, 1.0] {
         let hits = (0..600).filter(|&seed| {
-            let told = answer(seed, factor, |_| 0.0);
-            let [low, high] = told.response_ratio_interval.unwrap();
+            let comparison = answer(seed, factor, |_| 0.0);
+            let [low, high] = comparison.response_ratio_interval.unwrap();
             (low..=high).contains(&factor)
         });
         let held = hits.count() as f64 / 600.0;
@@ -252,8 +252,8 @@ fn a_zero_prediction_has_no_ratio_and_errors_have_paths() {
         traces: None,
         scatter: Scatter::default(),
     };
-    let told = compare(&still).unwrap();
-    assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
+    let comparison = compare(&still).unwrap();
+    assert_eq!((comparison.verdict, comparison.response_ratio), (Verdict::Different, None));
     let path = |wrong: Comparison| match compare(&wrong) {
         Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),

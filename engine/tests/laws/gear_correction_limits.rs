@@ -195,7 +195,7 @@ fn a_bound_from_limits_does_not_exceed_them() {
 /// A setting that the deviations say nothing about keeps to its limits all the same, and the answer
 /// says what became of them.
 #[test]
-fn limits_of_a_setting_that_nothing_is_said_about_are_kept() {
+fn limits_of_undetermined_settings_are_kept() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0 + 0.01 * f64::from(k % 3), f64::from(k), f64::from(k * k)]).collect();
     let d: Vec<f64> =
         (0..9).map(|k| 0.7 * f64::from(k) + 0.1 * f64::from(k * k) + (1.3 * f64::from(k)).sin()).collect();

@@ -190,7 +190,7 @@ fn every_setting_has_the_sense_that_its_page_says() {
                         );
                     }
                     let [mean, f_alpha, f_beta, c_alpha, c_beta, twist] = figures(&anew, side);
-                    let told = format!("{machine:?} {name} {side:?}: {:?}", figures(&anew, side));
+                    let context = format!("{machine:?} {name} {side:?}: {:?}", figures(&anew, side));
                     let none = |x: f64| x.abs() < 1e-4;
                     let one = |x: f64| (x - 1.0).abs() < 1e-9;
                     let beta = gear.data().helix_angle;
@@ -240,7 +240,7 @@ fn every_setting_has_the_sense_that_its_page_says() {
                         }
                         _ => false,
                     };
-                    assert!(good, "{told}");
+                    assert!(good, "{context}");
                 }
             }
         }

@@ -150,7 +150,7 @@ fn figures_well_within_their_limits_are_left_alone() {
 /// C_α = 3.7 µm conforms to 2…6 µm: the setting of the crowning stays unchanged and C_α still
 /// conforms; the angles are corrected.
 #[test]
-fn a_crowning_that_conforms_is_left_alone_and_says_why() {
+fn a_conforming_crowning_is_unchanged_with_a_reason() {
     let flank = flank(helical(), Side::Right);
     let found = Machine::FormGrinding.sensitivity(&flank.gear, &flank.places, flank.ranges).unwrap();
     let mut random = Random::new(7);

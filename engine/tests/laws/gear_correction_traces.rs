@@ -122,9 +122,9 @@ fn settings_are_determined_by_traces_along_which_they_act() {
         let asked = CorrectionSpec { absolute: false, traces: Some(traces), ..plain(deviation, matrix, settings) };
         let solution = solve(asked);
         for setting in &solution.settings {
-            let told = determined.contains(&setting.name.as_str());
-            assert_eq!(setting.undetermined, !told, "{} with {profiles:?}, {helices:?}", setting.name);
-            assert!(told || setting.change == 0.0 && setting.std_error.is_none());
+            let expected = determined.contains(&setting.name.as_str());
+            assert_eq!(setting.undetermined, !expected, "{} with {profiles:?}, {helices:?}", setting.name);
+            assert!(expected || setting.change == 0.0 && setting.std_error.is_none());
         }
         let warning = solution.warnings.iter().find(|warning| warning.code() == "undetermined_settings").unwrap();
         assert!(warning.to_string().contains("of a trace"), "{warning}");

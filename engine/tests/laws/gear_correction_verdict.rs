@@ -69,7 +69,7 @@ fn set_ups() -> Vec<(&'static str, Plant, Way)> {
         ("as large as noise", at(0.3), PLAIN),
         ("between", at(0.6), PLAIN),
         ("between, damped", at(0.6), DEFAULT),
-        ("just told", at(1.0), DEFAULT),
+        ("just detectable", at(1.0), DEFAULT),
         ("few nodes", Plant { grid: [3, 3], off: 1.0, ..SIX }, PLAIN),
         ("few nodes, unknown noise", Plant { grid: [4, 4], ..SIX }, Way { sigma_known: false, ..PLAIN }),
         ("unknown noise, small", at(0.6), Way { sigma_known: false, ..DEFAULT }),
@@ -86,15 +86,15 @@ fn set_ups() -> Vec<(&'static str, Plant, Way)> {
 #[test]
 fn true_machines_are_hardly_ever_called_anything_else() {
     let mut all = 0;
-    let mut told = Vec::new();
+    let mut counts = Vec::new();
     for (name, plant, way) in set_ups() {
         let alarms = count(&plant, way, PAIRS, alarm);
-        told.push(format!("{name}: {alarms}"));
-        assert!(alarms <= 12, "{told:?}");
+        counts.push(format!("{name}: {alarms}"));
+        assert!(alarms <= 12, "{counts:?}");
         all += alarms;
     }
-    assert!(all as u64 <= 3 * 14 * PAIRS / 1000, "{told:?}");
-    println!("{told:?}");
+    assert!(all as u64 <= 3 * 14 * PAIRS / 1000, "{counts:?}");
+    println!("{counts:?}");
 }
 
 /// Half of the change, and half as much again, where signal, noise and the uncertainty of J allow a

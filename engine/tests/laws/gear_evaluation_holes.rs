@@ -63,7 +63,7 @@ fn figures(answer: &Evaluated) -> Option<[[f64; 2]; 2]> {
 /// Shares of figures within one standard error of the truth, over holes of every width at every
 /// place.
 struct Coverage {
-    told: usize,
+    estimated: usize,
     silent: usize,
     shares: [f64; 2],
     /// Root mean square of errors over standard errors.
@@ -77,7 +77,7 @@ fn coverage(
     shape: impl Fn(&mut Random) -> Box<dyn Fn(f64) -> f64>,
 ) -> Coverage {
     let (gear, mut random) = (gear(), Random::new(seed));
-    let (mut told, mut silent, mut hits, mut squares) = (0, 0, [0; 2], [0.0; 2]);
+    let (mut estimated, mut silent, mut hits, mut squares) = (0, 0, [0; 2], [0.0; 2]);
     for run in 0..runs {
         let count = [100, 214, 480][run % 3];
         let mean = [MeanCurve::Line, MeanCurve::Parabola][run % 2];
@@ -90,7 +90,7 @@ fn coverage(
         let truth = quadrature(&form);
         match figures(&answer.traces[0]) {
             Some(found) => {
-                told += 1;
+                estimated += 1;
                 for k in 0..2 {
                     let score = (found[k][0] - truth[k]) / found[k][1];
                     hits[k] += usize::from(score.abs() <= 1.0);
@@ -104,12 +104,12 @@ fn coverage(
             }
         }
     }
-    let of_told = told as f64;
+    let count = estimated as f64;
     Coverage {
-        told,
+        estimated,
         silent,
-        shares: hits.map(|hits| hits as f64 / of_told),
-        scores: squares.map(|sum: f64| (sum / of_told).sqrt()),
+        shares: hits.map(|hits| hits as f64 / count),
+        scores: squares.map(|sum: f64| (sum / count).sqrt()),
     }
 }
 
@@ -121,7 +121,7 @@ fn standard_errors_over_holes_hold_on_crowned_traces() {
         Box::new(move |u| 0.5 * slope * u - crowning * u * u)
     };
     let found = coverage(900, 91, [0.05, 0.4], crowned);
-    assert!(found.told > 400 && found.silent > 200, "{} told, {} silent", found.told, found.silent);
+    assert!(found.estimated > 400 && found.silent > 200, "{} estimated, {} silent", found.estimated, found.silent);
     // a share of 500 has a standard deviation of 0.021
     assert!(found.shares.iter().all(|share| (0.60..=0.76).contains(share)), "{:?} {:?}", found.shares, found.scores);
 }
@@ -136,7 +136,7 @@ fn standard_errors_over_holes_know_of_waves() {
         Box::new(move |u| each.iter().map(|[w, f, a]| a * (w * u + f).sin()).sum::<f64>() - crowning * u * u)
     };
     let found = coverage(450, 92, [0.06, 0.25], waves);
-    assert!(found.told > 300, "{} told", found.told);
+    assert!(found.estimated > 300, "{} estimated", found.estimated);
     assert!(found.shares.iter().all(|share| (0.58..=0.78).contains(share)), "{:?} {:?}", found.shares, found.scores);
 }
 

@@ -238,14 +238,14 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
 /// A part at its limit is found to conform, or not to, in one measurement of twenty each.
 #[test]
 fn a_part_at_its_limit_rarely_conforms() {
-    let told = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
+    let given = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
     let order = [ConformityVerdict::Conforms, ConformityVerdict::DoesNotConform, ConformityVerdict::CannotBeTold];
     assert_eq!(order.map(|outcome| outcome as usize), [0, 1, 2]);
-    let [conforms, not, open] = decisions(6.0, told);
+    let [conforms, not, open] = decisions(6.0, given);
     assert!((0.02..=0.071).contains(&conforms) && (0.02..=0.071).contains(&not), "{conforms} {not} {open}");
-    let [conforms, not, _] = decisions(3.0, told);
+    let [conforms, not, _] = decisions(3.0, given);
     assert!(conforms > 0.95 && not == 0.0, "{conforms} {not}");
-    let [conforms, not, _] = decisions(9.0, told);
+    let [conforms, not, _] = decisions(9.0, given);
     assert!(conforms == 0.0 && not > 0.95, "{conforms} {not}");
     // by the class: at f_HβT of class 4
     let class = ToleranceLimits { class: Some(4), ..ToleranceLimits::default() };
@@ -292,12 +292,12 @@ fn intervals_of_the_surface_of_a_flank_hold() {
     };
     let base = FitSpec::new(Model::Linear);
     let plain = FitSpec { regularization: Regularization::None, ..base.clone() };
-    let told = FitSpec { coefficient_norm_limit: Some(norm), ..base.clone() };
+    let limited = FitSpec { coefficient_norm_limit: Some(norm), ..base.clone() };
     let ridge = Regularization::Ridge { parameter: flankfit_engine::estimation::spec::Parameter::Fixed(0.3) };
     let regularized = FitSpec { regularization: ridge, ..base };
     let truth = [4.0, -2.0, 3.0, 5.0, 6.0];
     for (spec, kind) in
-        [(plain, IntervalKind::Student), (regularized, IntervalKind::LeastSquares), (told, IntervalKind::BiasAware)]
+        [(plain, IntervalKind::Student), (regularized, IntervalKind::LeastSquares), (limited, IntervalKind::BiasAware)]
     {
         let asked = settings_of(spec, ToleranceLimits::default());
         let mut random = Random::new(13);
@@ -366,11 +366,11 @@ fn limits_and_levels_that_there_are_not_are_refused() {
         (fault.path.clone(), fault.message.clone())
     };
     let limits = |limits: ToleranceLimits| Settings { limits: limits.into(), ..settings() };
-    let told = ToleranceLimits::default();
-    let turned = refused(limits(ToleranceLimits { twist_um: Some([2.0, -2.0]), ..told }));
+    let none = ToleranceLimits::default();
+    let turned = refused(limits(ToleranceLimits { twist_um: Some([2.0, -2.0]), ..none }));
     assert_eq!(turned.0, "evaluation.tolerance_limits.left.twist_um");
     assert!(turned.1.starts_with("2 to -2 µm is not a range"), "{}", turned.1);
-    let class = refused(limits(ToleranceLimits { class: Some(12), ..told }));
+    let class = refused(limits(ToleranceLimits { class: Some(12), ..none }));
     assert_eq!(class.0, "evaluation.tolerance_limits.class");
     let level = refused(Settings { level: 1.0, ..settings() });
     assert_eq!(level.0, "evaluation.level");

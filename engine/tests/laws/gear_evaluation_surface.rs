@@ -333,24 +333,24 @@ fn figures_are_given_where_the_nodes_determine_them() {
     };
     let settings = SurfaceSettings { side: Side::Right, sign: SlopeSign::Din, spec, ..settings() };
     let whole = grid(5, 9, second_order(put));
-    let told = flank_figures(&gear, &whole.nodes(), &settings).unwrap();
+    let figures = flank_figures(&gear, &whole.nodes(), &settings).unwrap();
     // on right flanks DIN turns the sign of helix slope and twist
-    near(told.profile_slope.unwrap(), -8.0, 1e-9);
-    near(told.helix_slope.unwrap(), -5.0, 1e-9);
-    near(told.profile_crowning.unwrap(), 4.0, 1e-9);
-    near(told.helix_crowning.unwrap(), -6.0, 1e-9);
-    near(told.twist.unwrap(), -7.0, 1e-9);
+    near(figures.profile_slope.unwrap(), -8.0, 1e-9);
+    near(figures.helix_slope.unwrap(), -5.0, 1e-9);
+    near(figures.profile_crowning.unwrap(), 4.0, 1e-9);
+    near(figures.helix_crowning.unwrap(), -6.0, 1e-9);
+    near(figures.twist.unwrap(), -7.0, 1e-9);
     for (row, column) in [(2, 4), (1, 6), (0, 4)] {
         let mut cross = grid(5, 9, second_order([3.0, -8.0, 5.0, 4.0, -6.0, 0.0]));
         for k in (0..45).filter(|k| k / 9 != row && k % 9 != column) {
             cross.deviation[k] = f64::NAN;
         }
-        let told = flank_figures(&gear, &cross.nodes(), &settings).unwrap();
-        near(told.profile_slope.unwrap(), -8.0, 1e-9);
-        near(told.helix_slope.unwrap(), -5.0, 1e-9);
-        near(told.profile_crowning.unwrap(), 4.0, 1e-9);
-        near(told.helix_crowning.unwrap(), -6.0, 1e-9);
-        assert_eq!(told.twist, None);
+        let figures = flank_figures(&gear, &cross.nodes(), &settings).unwrap();
+        near(figures.profile_slope.unwrap(), -8.0, 1e-9);
+        near(figures.helix_slope.unwrap(), -5.0, 1e-9);
+        near(figures.profile_crowning.unwrap(), 4.0, 1e-9);
+        near(figures.helix_crowning.unwrap(), -6.0, 1e-9);
+        assert_eq!(figures.twist, None);
         let flat = FlankNodes {
             profile: &(0..45).map(|k| cross.profile[k / 9]).collect::<Vec<f64>>(),
             z: &(0..45).map(|k| cross.z[k % 9]).collect::<Vec<f64>>(),

@@ -181,7 +181,7 @@ fn figures_are_given_where_the_traces_determine_them() {
     let gear = gear();
     let (mut random, terms) = (Random::new(11), [3.0, 4.0, -2.0, 6.0, 5.0, -7.0]);
     // which of u, v, u², uv, v² are determined
-    for (profiles, helices, told) in [
+    for (profiles, helices, determined) in [
         (&[-0.8, 0.0, 0.8][..], &[][..], [true, false, true, true, false]),
         (&[-0.8, 0.8], &[], [true, false, true, true, false]),
         (&[], &[-0.7, 0.7], [false, true, false, true, true]),
@@ -197,8 +197,8 @@ fn figures_are_given_where_the_traces_determine_them() {
         let surface = &found.surfaces[0];
         let each = values(surface);
         assert_eq!(surface.figures.mean, None);
-        for (k, told) in told.into_iter().enumerate() {
-            assert_eq!(each[k + 1].is_some(), told, "{profiles:?} {helices:?}: {each:?}");
+        for (k, determined) in determined.into_iter().enumerate() {
+            assert_eq!(each[k + 1].is_some(), determined, "{profiles:?} {helices:?}: {each:?}");
             // without a twist a slope is that in the section of its trace
             if let Some(value) = each[k + 1].filter(|_| each[4].is_some() || profiles.iter().all(|v| *v == 0.0)) {
                 near(value, terms[k + 1], 1e-3);
@@ -206,11 +206,11 @@ fn figures_are_given_where_the_traces_determine_them() {
         }
         let warnings: Vec<_> =
             found.warnings.iter().filter(|warning| warning.code() == "figures_not_determined").collect();
-        assert_eq!(warnings.len(), usize::from(told.contains(&false)), "{profiles:?} {helices:?}");
+        assert_eq!(warnings.len(), usize::from(determined.contains(&false)), "{profiles:?} {helices:?}");
         if let Some(warning) = warnings.first() {
             let Warning::FiguresUndetermined { figures, flanks, .. } = warning else { panic!("{warning}") };
-            assert_eq!(figures.contains(&SurfaceFigure::Twist), !told[3], "{warning}");
-            assert_eq!(figures.contains(&SurfaceFigure::HelixSlope), !told[1], "{warning}");
+            assert_eq!(figures.contains(&SurfaceFigure::Twist), !determined[3], "{warning}");
+            assert_eq!(figures.contains(&SurfaceFigure::HelixSlope), !determined[1], "{warning}");
             assert!(!figures.contains(&SurfaceFigure::Mean) && warning.to_string().contains("(tooth 1 left)"));
             assert_eq!(flanks.len(), 1);
         }
@@ -224,7 +224,7 @@ fn figures_are_given_where_the_traces_determine_them() {
     let three = values(&surface(&gear, &lines(&gear, &[-0.8, 0.0, 0.8], &[], 80, terms), &shared));
     assert!(three.iter().all(Option::is_some), "{three:?}");
     let two = values(&surface(&gear, &lines(&gear, &[-0.8, 0.8], &[], 80, terms), &shared));
-    assert_eq!(two.map(|told| told.is_some()), [false, true, true, true, true, false]);
+    assert_eq!(two.map(|figure| figure.is_some()), [false, true, true, true, true, false]);
 }
 
 /// Profiles alone, without a range of helices: over what was measured.

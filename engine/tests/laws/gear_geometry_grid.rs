@@ -276,7 +276,7 @@ fn errors_have_the_path_of_their_field() {
 }
 
 #[test]
-fn a_grid_that_leaves_the_flank_says_so() {
+fn a_grid_that_leaves_the_flank_is_warned_of() {
     let gear = Gear::new(GearData { face_width: Some(10.0), ..data(40, 2.0, 20.0, 15.0) }).unwrap();
     let geometry = Geometry::of(&gear);
     let (form, tip) = (geometry.form_roll_length_mm, geometry.tip_form_roll_length_mm);

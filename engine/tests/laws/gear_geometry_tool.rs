@@ -185,8 +185,8 @@ proptest! {
         if let Ok(below) = Gear::new(data) {
             let geometry = Geometry::of(&below);
             prop_assert!(geometry.undercut && geometry.form_diameter_mm > geometry.base_diameter_mm);
-            let told = geometry.warnings.iter().any(|w| matches!(w, Warning::Undercut { .. }));
-            prop_assert!(told);
+            let warned = geometry.warnings.iter().any(|w| matches!(w, Warning::Undercut { .. }));
+            prop_assert!(warned);
         }
     }
 

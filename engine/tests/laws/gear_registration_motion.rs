@@ -164,10 +164,10 @@ fn rotation_and_axial_shift_on_one_flank_are_indistinguishable() {
         let both = [Motion::AxialShift, Motion::Rotation];
         let answer = registered(&reference, &deviations, &both, &FitSpec::new(Model::Linear));
         assert_eq!(answer.indistinguishable.len(), 1);
-        let told = &answer.indistinguishable[0];
-        assert_eq!(told.motions.len(), 2);
-        let named = ["axial_shift", "rotation", "are nearly"].iter().all(|word| told.sentence.contains(word));
-        assert!(named, "{}", told.sentence);
+        let group = &answer.indistinguishable[0];
+        assert_eq!(group.motions.len(), 2);
+        let named = ["axial_shift", "rotation", "are nearly"].iter().all(|word| group.sentence.contains(word));
+        assert!(named, "{}", group.sentence);
         let spectrum = &answer.every_motion.as_ref().expect("the fit of both").spectrum;
         assert_eq!((spectrum.rank, spectrum.eigenvalues[0]), (1, 0.0));
         assert!(answer.rms_after_um < 1e-8);

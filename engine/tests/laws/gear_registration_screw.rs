@@ -61,8 +61,8 @@ fn a_part_that_was_only_turned_is_not_shifted() {
                     "{:?}",
                     answer.warnings
                 );
-                let told = answer.motions.iter().filter(|moved| SCREW.contains(&moved.motion));
-                told.for_each(|moved| assert_eq!((moved.determined, moved.std_error), (false, None)));
+                let undetermined = answer.motions.iter().filter(|moved| SCREW.contains(&moved.motion));
+                undetermined.for_each(|moved| assert_eq!((moved.determined, moved.std_error), (false, None)));
             }
         }
     }
@@ -114,7 +114,7 @@ fn noise_makes_no_axial_shift_and_errors_are_true() {
         let answer = laid(&gear, 10.0, &noisy(&pose), &SCREW, &plain());
         for (square, moved) in square.iter_mut().zip(&answer.motions) {
             let error = moved.value - pose.get(moved.motion);
-            *square += (error / moved.std_error.expect("told by the crowning")).powi(2) / f64::from(runs);
+            *square += (error / moved.std_error.expect("determined by the crowning")).powi(2) / f64::from(runs);
         }
     }
     assert_eq!(shifted, 0);

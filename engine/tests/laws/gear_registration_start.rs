@@ -31,13 +31,13 @@ fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Registrat
 }
 
 /// Random points of random flanks all round, moved, with noise; teeth and flanks are given as
-/// `told` says.
-fn part(gear: &Gear, random: &mut Random, pose: &Pose, told: [bool; 2]) -> Vec<MeasuredPoint> {
+/// `known` says.
+fn part(gear: &Gear, random: &mut Random, pose: &Pose, known: [bool; 2]) -> Vec<MeasuredPoint> {
     let clean = places(gear, 5, &BOTH, |_, _, _| 0.0, 0.0);
     let noisy = |touch: &MeasuredPoint| MeasuredPoint {
         point: touch.point + 1e-3 * NOISE * Vector::from_fn(|_, _| random.normal()),
-        tooth: touch.tooth.filter(|_| told[0]),
-        side: touch.side.filter(|_| told[1]),
+        tooth: touch.tooth.filter(|_| known[0]),
+        side: touch.side.filter(|_| known[1]),
         normal: None,
     };
     moved(&clean, pose).iter().map(noisy).collect()
@@ -80,8 +80,8 @@ proptest! {
         let gear = gear(seed);
         let mut random = Random::new(seed ^ 31);
         let pose = anywhere(&gear, &mut random);
-        let told = [false, random.below(2) == 0];
-        let touches = part(&gear, &mut random, &pose, told);
+        let known = [false, random.below(2) == 0];
+        let touches = part(&gear, &mut random, &pose, known);
         let answer = laid(&gear, &touches, &FIVE);
         let pitch = gear.pitch_angle();
         let found = errors(&answer, &pose, pitch).iter().all(|error| *error < 5.0);
@@ -161,9 +161,9 @@ fn rotations_alone_are_found() {
     for k in -9..=9 {
         let pose = Pose { values: [0.0, 0.0, 0.0, 0.0, 0.0, 0.05 * f64::from(k) * pitch], pivot: 22.0 };
         let mut random = Random::new(40);
-        for told in [[false; 2], [false, true], [true, true]] {
-            let answer = laid(&gear, &part(&gear, &mut random, &pose, told), &[Motion::Rotation]);
-            assert!((answer.pose.get(Motion::Rotation) - pose.get(Motion::Rotation)).abs() < 5.0, "{k} {told:?}");
+        for known in [[false; 2], [false, true], [true, true]] {
+            let answer = laid(&gear, &part(&gear, &mut random, &pose, known), &[Motion::Rotation]);
+            assert!((answer.pose.get(Motion::Rotation) - pose.get(Motion::Rotation)).abs() < 5.0, "{k} {known:?}");
         }
     }
 }
@@ -222,8 +222,8 @@ fn motions_that_the_points_do_not_determine_have_no_error() {
     let begun = start(&gear, &touches, 0.0, &asked).expect("motions");
     let deviations = measure(&reference, &begun.touches, &Measurement::default()).expect("sound points");
     let answer = register_from(&reference, &deviations, &asked, &begun).expect("a registration");
-    let told: Vec<bool> = answer.motions.iter().map(|moved| moved.determined).collect();
-    assert_eq!(told, [true, false, true]);
+    let determined: Vec<bool> = answer.motions.iter().map(|moved| moved.determined).collect();
+    assert_eq!(determined, [true, false, true]);
     assert!(answer.motions.iter().all(|moved| moved.std_error.is_some() == moved.determined));
     assert!(has(&answer, "motions_indistinguishable"));
 }

@@ -103,7 +103,7 @@ proptest! {
     /// Whatever was moved and whatever is free: what the free motions can have is found, and no
     /// answer without a doubt is far from what was done.
     #[test]
-    fn no_combination_of_motions_runs_away(seed: u64, free in 1usize..64, done in 0usize..64, told: bool, far: bool) {
+    fn no_combination_of_motions_runs_away(seed: u64, free in 1usize..64, done in 0usize..64, known: bool, far: bool) {
         let gear = gear(seed);
         let mut random = Random::new(seed ^ 62);
         let of = |bits: usize| Motion::ALL.into_iter().enumerate().filter(move |(k, _)| bits >> k & 1 == 1);
@@ -116,7 +116,7 @@ proptest! {
             pose.set(motion, size * random.between(-most, most));
         }
         let mut touches = part(&gear, 4, &pose, &mut random);
-        if !told {
+        if !known {
             touches.iter_mut().for_each(|touch| (touch.tooth, touch.side) = (None, None));
         }
         // a refusal is an answer that no one takes for a motion
@@ -133,7 +133,7 @@ proptest! {
             let lead = if screw { 1.0 / gear.base_helix_angle().tan().min(1.0) } else { 1.0 };
             let limit = 1e3 * way * 4.0 * lead + slack;
             let moved = found.value.abs() * arm;
-            let pitches = !told && matches!(found.motion, Motion::AxialShift | Motion::Rotation);
+            let pitches = !known && matches!(found.motion, Motion::AxialShift | Motion::Rotation);
             let name = found.motion.name();
             prop_assert!(moved <= limit || pitches, "{name}: {} with {motions:?}, {pose:?}", found.value);
         }
@@ -189,9 +189,9 @@ fn an_axial_shift_equivalent_to_a_rotation_is_warned_of() {
     assert!((named.expect("a warning") - turn).abs() < 100.0, "{named:?}");
     // a part that was only shifted is not doubted
     let pose = Pose { values: [0.0, 0.0, 900.0, 0.0, 0.0, 0.0], pivot: 22.0 };
-    for told in [true, false] {
+    for known in [true, false] {
         let mut touches = part(&gear, 4, &pose, &mut random);
-        if !told {
+        if !known {
             touches.iter_mut().for_each(|touch| (touch.tooth, touch.side) = (None, None));
         }
         let answer = laid(&gear, &touches, &[Motion::AxialShift]).expect("a registration");

@@ -259,23 +259,23 @@ fn figures_without_any_noise_are_warned_of() {
     let plain = FitSpec { regularization: Regularization::None, ..linear() };
     let mut y = vec![0.0; 10];
     let result = fit(&matrix(&x, &y, None), &with_influence(plain.clone()));
-    let told = |result: &FitResult| {
+    let warning = |result: &FitResult| {
         let mut of = result.warnings.iter().filter(|w| w.code() == "no_noise_without");
         of.next().map(|w| w.to_string())
     };
-    assert!(told(&result).unwrap().starts_with("every height is fitted exactly"), "{:?}", result.warnings);
+    assert!(warning(&result).unwrap().starts_with("every height is fitted exactly"), "{:?}", result.warnings);
     let found = of(&result);
     for list in [&found.internally_studentized, &found.externally_studentized, &found.cooks_distance, &found.dffits] {
         assert!(list.as_ref().unwrap().iter().all(Option::is_none), "{list:?}");
     }
     y[4] = 5.0;
     let result = fit(&matrix(&x, &y, None), &with_influence(plain.clone()));
-    assert!(told(&result).unwrap().starts_with("without 1 node (node 4) the others"), "{:?}", result.warnings);
+    assert!(warning(&result).unwrap().starts_with("without 1 node (node 4) the others"), "{:?}", result.warnings);
     let found = of(&result);
     assert!(found.externally_studentized.as_ref().unwrap()[4].is_none() && found.press_residual[4].is_some());
     y[7] = -0.01;
     let result = fit(&matrix(&x, &y, None), &with_influence(plain));
-    assert!(told(&result).is_none() && of(&result).dffits.as_ref().unwrap()[4].is_some());
+    assert!(warning(&result).is_none() && of(&result).dffits.as_ref().unwrap()[4].is_some());
 }
 
 #[test]

@@ -47,12 +47,12 @@ fn intervals_hold_whatever_the_coefficients_are() {
             // the smallest direction at about its own noise
             let (r, sigma) = (1.0, design.directions[0].0);
             let coefficients = design.truth(truth, r);
-            for told in [None, Some(r)] {
-                let (covered, width) = coverage(design, &coefficients, sigma, &spec(told), REPETITIONS);
+            for limit in [None, Some(r)] {
+                let (covered, width) = coverage(design, &coefficients, sigma, &spec(limit), REPETITIONS);
                 let mean = covered.iter().sum::<f64>() / covered.len() as f64;
                 let least = covered.iter().fold(1.0f64, |least, c| least.min(*c));
-                assert!(mean >= 0.94 && least >= 0.93, "{} {truth:?} {told:?}: {mean} {least}", design.name);
-                assert!(told.is_none() || (0.5..1.0).contains(&width), "{} {truth:?}: width {width}", design.name);
+                assert!(mean >= 0.94 && least >= 0.93, "{} {truth:?} {limit:?}: {mean} {least}", design.name);
+                assert!(limit.is_none() || (0.5..1.0).contains(&width), "{} {truth:?}: width {width}", design.name);
             }
         }
     }

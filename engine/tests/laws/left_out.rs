@@ -39,10 +39,10 @@ fn influences_of_too_many_nodes() {
 
 #[test]
 fn a_norm_limit_that_no_interval_uses() {
-    let told = |spec: FitSpec| fit(&line(0.1), &FitSpec { coefficient_norm_limit: Some(50.0), ..spec });
-    assert!(warned(&told(FitSpec { estimator: Estimator::LeastAbsolute, ..spec(1) }), "norm_limit_unused"));
-    assert!(warned(&told(FitSpec { variance: Variance::Hc3, ..spec(1) }), "norm_limit_unused"));
-    let plain = told(spec(1));
+    let limited = |spec: FitSpec| fit(&line(0.1), &FitSpec { coefficient_norm_limit: Some(50.0), ..spec });
+    assert!(warned(&limited(FitSpec { estimator: Estimator::LeastAbsolute, ..spec(1) }), "norm_limit_unused"));
+    assert!(warned(&limited(FitSpec { variance: Variance::Hc3, ..spec(1) }), "norm_limit_unused"));
+    let plain = limited(spec(1));
     assert!(!warned(&plain, "norm_limit_unused") && plain.coefficients[0].interval.unwrap().gain.is_some());
     let robust = fit(&line(0.1), &FitSpec { estimator: Estimator::LeastAbsolute, ..spec(1) });
     assert!(!warned(&robust, "norm_limit_unused"));
@@ -108,8 +108,8 @@ fn a_prior_without_noise_to_weigh_it_against() {
     let flat = Nodes::curve(x, vec![0.0; 8], None).unwrap();
     let found = fit(&flat, &with_prior(1.0));
     assert!(warned(&found, "prior_unused") && found.coefficients.iter().all(|c| c.value == 0.0));
-    let told = fit(&flat, &FitSpec { noise_sigma: Some(0.5), ..with_prior(1.0) });
-    assert!(!warned(&told, "prior_unused") && told.coefficients[0].value > 0.0);
+    let known = fit(&flat, &FitSpec { noise_sigma: Some(0.5), ..with_prior(1.0) });
+    assert!(!warned(&known, "prior_unused") && known.coefficients[0].value > 0.0);
 }
 
 /// Numbers above doubles are the prior's error, not the nodes' or the regularisation's.

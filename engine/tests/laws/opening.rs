@@ -147,8 +147,8 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
         let mut stream = Recursive::new(&spec, 1.0).unwrap();
         let faults = stream.push(&wrong).expect_err(&format!("{spec:?}"));
         assert_eq!(faults.list()[0].path, place, "{spec:?}");
-        let told = &faults.list()[0].message;
-        assert!(told.starts_with(&format!("the stream's /{batch} does not fit these nodes: ")), "{told}");
+        let message = &faults.list()[0].message;
+        assert!(message.starts_with(&format!("the stream's /{batch} does not fit these nodes: ")), "{message}");
         assert_eq!((stream.count(), stream.size(), stream.state()), (0, None, None));
         stream.push(&right).unwrap();
         assert!(stream.result().unwrap().is_some());

@@ -177,8 +177,8 @@ fn figures_are_those_of_the_others() {
         let off = z[node] - (x.row(node) * &c)[0];
         for nodes in [SMALL.grid(&errors), SMALL.scattered(&errors, None)] {
             let result = fit(&nodes, &plain()).expect("a fit");
-            let told = suspected(&result).expect("a gross error");
-            let [found] = &told.nodes[..] else { panic!("{told}") };
+            let suspects = suspected(&result).expect("a gross error");
+            let [found] = &suspects.nodes[..] else { panic!("{suspects}") };
             assert_eq!(found.index, node);
             let cell = found.row.zip(found.column);
             assert_eq!(cell, matches!(nodes, Nodes::Grid(_)).then_some((node / 9, node % 9)));
@@ -190,12 +190,12 @@ fn figures_are_those_of_the_others() {
             let excluded = fit(&nodes, &asked).expect("a fit");
             assert_eq!(excluded.coefficients, without.coefficients);
             assert!(suspected(&excluded).is_none());
-            for (told, (with, without)) in
-                told.coefficients.iter().zip(result.coefficients.iter().zip(&without.coefficients))
+            for (coefficient, (with, without)) in
+                suspects.coefficients.iter().zip(result.coefficients.iter().zip(&without.coefficients))
             {
-                assert_eq!((told.value, told.without), (with.value, without.value));
+                assert_eq!((coefficient.value, coefficient.without), (with.value, without.value));
             }
-            assert!(told.moved().next().is_some() && told.to_string().contains(&format!("node {node} ")));
+            assert!(suspects.moved().next().is_some() && suspects.to_string().contains(&format!("node {node} ")));
         }
     }
 }
@@ -267,20 +267,20 @@ fn an_excluded_node_is_a_missing_one() {
     for (a, b) in scattered.expect("a fit").coefficients.iter().zip(&missing.coefficients) {
         assert!((a.value - b.value).abs() < 1e-10);
     }
-    let told = |nodes: &Nodes, exclude: Vec<NodeAt>| match fit(nodes, &excluding(exclude)) {
+    let excluded = |nodes: &Nodes, exclude: Vec<NodeAt>| match fit(nodes, &excluding(exclude)) {
         Err(FitError::Invalid(faults)) => faults.to_string(),
         other => panic!("{other:?}"),
     };
     let beyond = vec![NodeAt::Cell { row: 5, column: 0 }, NodeAt::Index(45), NodeAt::Index(3), named[0], named[0]];
     assert_eq!(
-        told(&SMALL.grid(&errors), beyond),
+        excluded(&SMALL.grid(&errors), beyond),
         "exclude[0]: the grid has 5 rows and 9 columns, which count from 0; exclude[1]: there is no such node: 45 \
          were posted, and indices count from 0; exclude[4]: this node is already excluded by entry 3: name it once"
     );
-    let cell = told(&SMALL.scattered(&errors, None), vec![named[0]]);
+    let cell = excluded(&SMALL.scattered(&errors, None), vec![named[0]]);
     assert_eq!(cell, "exclude[0]: only nodes of a grid have a row and a column: give the index of the node");
-    let most = told(&SMALL.grid(&errors), (0..37).map(NodeAt::Index).collect());
+    let most = excluded(&SMALL.grid(&errors), (0..37).map(NodeAt::Index).collect());
     assert_eq!(most, "exclude: 8 nodes are left for 9 coefficients: exclude fewer, or lower the degree");
-    let all = told(&SMALL.grid(&errors), (0..45).map(NodeAt::Index).collect());
+    let all = excluded(&SMALL.grid(&errors), (0..45).map(NodeAt::Index).collect());
     assert_eq!(all, "exclude: no node is left: exclude fewer");
 }

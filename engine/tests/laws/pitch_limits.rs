@@ -65,17 +65,17 @@ fn every_single_pitch_must_lie_within() {
     let mut given = pair();
     given[10] = 9.0;
     given[30] = -2.0;
-    let told = |low: f64, high: f64| PitchLimits { single_pitch_um: Some([low, high]), ..PitchLimits::default() };
+    let limits = |low: f64, high: f64| PitchLimits { single_pitch_um: Some([low, high]), ..PitchLimits::default() };
     assert_eq!(measured(given.clone()).single_pitch.map(|found| found.value_um), Some(9.0));
-    assert_eq!(single(told(-3.0, 10.0), &measured(given.clone()), None).within, Some(false));
-    assert_eq!(single(told(-8.0, 10.0), &measured(given), None).within, Some(true));
+    assert_eq!(single(limits(-3.0, 10.0), &measured(given.clone()), None).within, Some(false));
+    assert_eq!(single(limits(-8.0, 10.0), &measured(given), None).within, Some(true));
 }
 
 /// Φ(1) = 0.841 where the limit is one standard uncertainty away, Φ(2) = 0.977 at two.
 #[test]
 fn decisions_use_the_given_uncertainty() {
-    let told = |high: f64| PitchLimits { single_pitch_um: Some([-100.0, high]), ..PitchLimits::default() };
-    let decided = |high: f64| single(told(high), &measured(pair()), Some(1.0)).conformity.unwrap();
+    let limits = |high: f64| PitchLimits { single_pitch_um: Some([-100.0, high]), ..PitchLimits::default() };
+    let decided = |high: f64| single(limits(high), &measured(pair()), Some(1.0)).conformity.unwrap();
     assert!((decided(8.0).probability[0] - 0.841_344_746).abs() < 1e-8);
     assert_eq!(decided(8.0).verdict, ConformityVerdict::CannotBeTold);
     assert_eq!(decided(9.0).verdict, ConformityVerdict::Conforms);
@@ -89,13 +89,13 @@ fn decisions_use_the_given_uncertainty() {
 }
 
 #[test]
-fn with_teeth_missing_nothing_is_said_to_conform() {
+fn with_teeth_missing_nothing_conforms() {
     let mut given = pair();
     given[40] = f64::NAN;
-    let told = |high: f64| PitchLimits { single_pitch_um: Some([-10.0, high]), ..PitchLimits::default() };
-    let found = single(told(10.0), &measured(given.clone()), Some(1.0));
+    let limits = |high: f64| PitchLimits { single_pitch_um: Some([-10.0, high]), ..PitchLimits::default() };
+    let found = single(limits(10.0), &measured(given.clone()), Some(1.0));
     assert_eq!((found.within, found.conformity), (None, None));
-    assert_eq!(single(told(6.0), &measured(given), None).within, Some(false));
+    assert_eq!(single(limits(6.0), &measured(given), None).within, Some(false));
 }
 
 #[test]

@@ -33,9 +33,9 @@ fn height(x: f64) -> f64 {
 fn drawn(random: &mut Random, missed: bool) -> Nodes {
     let even: Vec<f64> = (0..60).map(|k| f64::from(k) / 5.9).collect();
     let off: Vec<f64> = even.iter().map(|x| x + 0.5 * random.normal()).collect();
-    let (told, hit) = if missed { (&even, &off) } else { (&off, &even) };
+    let (given, hit) = if missed { (&even, &off) } else { (&off, &even) };
     let y = hit.iter().map(|&x| height(x) + random.normal()).collect();
-    Nodes::curve(told.clone(), y, None).unwrap()
+    Nodes::curve(given.clone(), y, None).unwrap()
 }
 
 /// Intervals of the heights at eleven places that hold the truth.
@@ -186,14 +186,14 @@ fn uncertainties_that_residuals_contradict_are_warned_of() {
         let warning = found.warnings.iter().find(|w| w.code() == "uncertainty_contradicted").map(|w| w.to_string());
         (ratio, warning)
     };
-    let (ratio, told) = warning(&nodes, 0.5, 1.0);
-    assert!((0.7..1.4).contains(&ratio) && told.is_none(), "{ratio} {told:?}");
+    let (ratio, message) = warning(&nodes, 0.5, 1.0);
+    assert!((0.7..1.4).contains(&ratio) && message.is_none(), "{ratio} {message:?}");
     // millimetres for micrometres
-    let (ratio, told) = warning(&nodes, 5e-4, 1e-3);
-    assert!(ratio > 100.0 && told.unwrap().contains("larger"), "{ratio}");
+    let (ratio, message) = warning(&nodes, 5e-4, 1e-3);
+    assert!(ratio > 100.0 && message.unwrap().contains("larger"), "{ratio}");
     // off by less than three times
-    let (ratio, told) = warning(&nodes, 0.25, 0.5);
-    assert!((1.4..3.0).contains(&ratio) && told.is_none(), "{ratio} {told:?}");
+    let (ratio, message) = warning(&nodes, 0.25, 0.5);
+    assert!((1.4..3.0).contains(&ratio) && message.is_none(), "{ratio} {message:?}");
     // and micrometres for millimetres of the positions
     let x = vec![
         0.045, 0.333, 0.652, 1.054, 1.415, 1.709, 2.096, 2.466, 2.748, 3.063, 3.466, 3.805, 4.193, 4.419, 4.795, 5.131,
@@ -205,13 +205,13 @@ fn uncertainties_that_residuals_contradict_are_warned_of() {
     ];
     let asked = FitSpec { domain: None, ..uncertain(50.0, 0.4, Some(PositionKind::Measured)) };
     let found = fit(&Nodes::curve(x, y, None).unwrap(), &asked);
-    let told = found.warnings.iter().find(|w| w.code() == "uncertainty_contradicted").unwrap().to_string();
-    assert!(found.positions.unwrap().sigma_ratio.unwrap() < 0.05, "{told}");
-    assert!(told.contains("with 26 degrees of freedom") && told.contains("smaller"), "{told}");
+    let message = found.warnings.iter().find(|w| w.code() == "uncertainty_contradicted").unwrap().to_string();
+    assert!(found.positions.unwrap().sigma_ratio.unwrap() < 0.05, "{message}");
+    assert!(message.contains("with 26 degrees of freedom") && message.contains("smaller"), "{message}");
     // one degree of freedom
     let few = Nodes::curve(vec![0.0, 2.0, 5.0, 8.0, 10.0], vec![0.0, 1.0, 0.2, 1.1, 0.0], None).unwrap();
-    let (ratio, told) = warning(&few, 1e-3, 20.0);
-    assert!(ratio < 0.1 && ratio > 1e-3 && told.is_none(), "{ratio} {told:?}");
+    let (ratio, message) = warning(&few, 1e-3, 20.0);
+    assert!(ratio < 0.1 && ratio > 1e-3 && message.is_none(), "{ratio} {message:?}");
 }
 
 /// A grid, its nodes one after another, and the same turned by the axes: one surface.
@@ -249,10 +249,10 @@ fn results_that_take_positions_as_exact_are_warned_of() {
         assert!(found.positions.is_none());
         found.warnings.iter().any(|w| w.code() == "positions_as_exact")
     };
-    let refused = |nodes: &Nodes, spec: &FitSpec, told: &str| match flankfit_engine::estimation::fit(nodes, spec) {
+    let refused = |nodes: &Nodes, spec: &FitSpec, message: &str| match flankfit_engine::estimation::fit(nodes, spec) {
         Err(FitError::Invalid(faults)) => {
-            let told = format!("node_uncertainty.position_kind: {told}");
-            assert!(faults.to_string().starts_with(&told), "{faults}");
+            let message = format!("node_uncertainty.position_kind: {message}");
+            assert!(faults.to_string().starts_with(&message), "{faults}");
         }
         other => panic!("{other:?}"),
     };

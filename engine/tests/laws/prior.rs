@@ -169,17 +169,17 @@ fn the_order_of_nodes_does_not_matter() {
 fn a_posterior_is_the_next_prior() {
     let measured = measured(8, 2, 3, 0.02);
     let all = nodes(&measured);
-    let told = |prior: Option<Prior>| FitSpec {
+    let specified = |prior: Option<Prior>| FitSpec {
         noise_sigma: Some(0.1),
         prior,
         include: Include { covariance: true, ..Include::default() },
         ..with_plain()
     };
-    let first = fit(&all[0], &told(None)).unwrap();
+    let first = fit(&all[0], &specified(None)).unwrap();
     let covariance = first.covariance.clone().unwrap().coefficients;
     let posted = Prior::Given { mean: values(&first), spread: PriorSpread::Covariance(covariance) };
-    let posted = fit(&all[1], &told(Some(posted))).unwrap();
-    let chained = fit(&all[1], &told(Some(chain(&all[..1], Moves::StdError(vec![1e-9; 3]))))).unwrap();
+    let posted = fit(&all[1], &specified(Some(posted))).unwrap();
+    let chained = fit(&all[1], &specified(Some(chain(&all[..1], Moves::StdError(vec![1e-9; 3]))))).unwrap();
     assert_close(&values(&posted), &values(&chained), 1e-8);
     assert_close(&errors(&posted), &errors(&chained), 1e-8);
     assert_eq!(posted.bias.coefficient_norm_limit_source, NormLimitSource::Prior);
@@ -336,9 +336,9 @@ fn invalid_priors_are_refused_with_their_path() {
             "coefficient_norm_limit: the `prior` already limits the coefficients",
         ),
     ];
-    for (spec, told) in cases {
-        let Err(FitError::Invalid(faults)) = fit(&all[2], &spec) else { panic!("{told} is taken") };
-        assert!(faults.to_string().starts_with(told), "{faults}");
+    for (spec, message) in cases {
+        let Err(FitError::Invalid(faults)) = fit(&all[2], &spec) else { panic!("{message} is taken") };
+        assert!(faults.to_string().starts_with(message), "{faults}");
     }
 }
 

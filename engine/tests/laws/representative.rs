@@ -204,16 +204,16 @@ fn a_piece_of_other_directions_is_warned_of() {
     let found = fit(&second, &FitSpec { regularization: by(piece.clone()), ..plain.clone() });
     let alignment = found.regularization.representative.as_ref().unwrap().alignment;
     assert!(alignment < 0.9, "{alignment}");
-    let told = |found: &FitResult| found.warnings.iter().any(|warning| warning.code() == "representative_misaligned");
-    assert!(told(&found));
+    let warned = |found: &FitResult| found.warnings.iter().any(|warning| warning.code() == "representative_misaligned");
+    assert!(warned(&found));
     piece.directions[0] = vec![0.0, 1.0, 0.0];
-    assert!(told(&fit(&second, &FitSpec { regularization: by(piece), ..plain })));
+    assert!(warned(&fit(&second, &FitSpec { regularization: by(piece), ..plain })));
 }
 
 #[track_caller]
-fn refused(nodes: &Nodes, spec: &FitSpec, told: &str) {
+fn refused(nodes: &Nodes, spec: &FitSpec, message: &str) {
     match estimation::fit(nodes, spec) {
-        Err(FitError::Invalid(faults)) => assert!(faults.to_string().starts_with(told), "{faults}"),
+        Err(FitError::Invalid(faults)) => assert!(faults.to_string().starts_with(message), "{faults}"),
         other => panic!("{other:?}"),
     }
 }

@@ -490,6 +490,9 @@ fn a_search_that_would_take_minutes_is_refused() {
     let estimator = Estimator::LeastTrimmed { coverage: 0.75, seed: 0 };
     let refused = fit(&nodes, &FitSpec { estimator, ..FitSpec::new(model) });
     let Err(FitError::Invalid(faults)) = refused else { panic!("it is taken") };
-    let told = &faults.list()[0].message;
-    assert!(told.starts_with("least trimmed squares of 3136 nodes and 576 coefficients takes too long"), "{told}");
+    let message = &faults.list()[0].message;
+    assert!(
+        message.starts_with("least trimmed squares of 3136 nodes and 576 coefficients takes too long"),
+        "{message}"
+    );
 }

@@ -20,18 +20,18 @@ use flankfit_engine::estimation::{
 fn standard_errors_agree_with_the_scatter_of_estimates() {
     let repetitions = 300;
     for estimator in estimators() {
-        let (mut squares, mut told) = (0.0, 0.0);
+        let (mut squares, mut claimed) = (0.0, 0.0);
         for seed in 0..repetitions {
             let mut random = Random::new(5000 + seed);
             let x: Vec<Vec<f64>> = (0..60).map(|k| vec![1.0, (k as f64 - 29.5) / 10.0]).collect();
             let y = x.iter().map(|row| 2.0 * row[1] + random.normal()).collect();
             let result = Problem { x, y, weight: None }.fit(estimator);
             squares += (result.coefficients[1].value - 2.0).powi(2);
-            told += result.coefficients[1].std_error.unwrap().powi(2);
+            claimed += result.coefficients[1].std_error.unwrap().powi(2);
         }
-        let ratio = (told / squares).sqrt();
+        let ratio = (claimed / squares).sqrt();
         println!("{estimator:?}: {ratio}");
-        assert!((0.75..1.4).contains(&ratio), "{estimator:?}: told/seen {ratio}");
+        assert!((0.75..1.4).contains(&ratio), "{estimator:?}: claimed/seen {ratio}");
     }
 }
 
@@ -74,7 +74,7 @@ fn an_exact_fit_of_most_nodes_is_answered() {
 
 /// One estimate under each of its names: a standard error of 0 would give an interval of width 0.
 #[test]
-fn an_exact_fit_is_said_by_every_name_of_the_least_deviations() {
+fn an_exact_fit_is_reported_by_every_least_deviations_estimator() {
     let x: Vec<Vec<f64>> = (0..20).map(|k| vec![1.0, f64::from(k)]).collect();
     let y = (0..20).map(|k| 3.0 + f64::from(k) + if k % 6 == 1 { 50.0 + f64::from(k) } else { 0.0 }).collect();
     let problem = Problem { x, y, weight: None };

@@ -113,7 +113,7 @@ fn alike(found: Option<[f64; 2]>, want: [f64; 2]) {
 fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
     let gear = gear();
     let (profile, helix) = ([-5.0, 7.0], [2.0, 10.0]);
-    let told = ToleranceLimits { profile_slope_um: Some(profile), helix_slope_um: Some(helix), ..Default::default() };
+    let limits = ToleranceLimits { profile_slope_um: Some(profile), helix_slope_um: Some(helix), ..Default::default() };
     let class = ToleranceLimits { class: Some(5), ..Default::default() };
     let tolerances = Tolerances::new(&gear).expect("within the scope");
     let of = |characteristic| tolerances.rounded(characteristic, 5).expect("class 5");
@@ -122,7 +122,7 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
     for z in [[1.0, 19.0], [5.0, 10.0], [0.0, 20.0], [-4.0, 26.0], [0.0, 20.5]] {
         let factor = FACE_WIDTH / (z[1] - z[0]);
         let share = (1.0 / factor).min(1.0);
-        let (evaluated, extended) = (slopes(&gear, z, told, AS_FITTED), slopes(&gear, z, told, EXTENDED));
+        let (evaluated, extended) = (slopes(&gear, z, limits, AS_FITTED), slopes(&gear, z, limits, EXTENDED));
         for (evaluated, extended) in evaluated.into_iter().zip(extended) {
             alike(evaluated[0].1, profile);
             alike(evaluated[1].1, helix.map(|end| share * end));
@@ -136,7 +136,7 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
             alike(of_helix.1, [-f_h_beta, f_h_beta]);
         }
         // helices with the same slope at two diameters: the surface has that slope too
-        let ([_, of_traces], of_each) = slopes_of_traces(&gear, z, told);
+        let ([_, of_traces], of_each) = slopes_of_traces(&gear, z, limits);
         near(of_traces.0, of_each, 1e-6);
         alike(of_traces.1, helix);
     }
@@ -146,13 +146,13 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
 /// face width, helix slopes refer to the evaluated length.
 #[test]
 fn borders_and_a_missing_face_width() {
-    let told = ToleranceLimits {
+    let limits = ToleranceLimits {
         profile_slope_um: Some([-5.0, 5.0]),
         helix_slope_um: Some([-6.0, 6.0]),
         ..Default::default()
     };
     let border = Border { root: 12.5, tip: 12.5, toe: 0.0, heel: 0.0 };
-    let settings = SurfaceSettings { border, ..settings_of(spec(), told) };
+    let settings = SurfaceSettings { border, ..settings_of(spec(), limits) };
     let evaluated = surface(&gear(), [1.0, 19.0], &settings);
     alike(evaluated.profile_slope.limits, [-3.75, 3.75]);
     let extended = surface(&gear(), [1.0, 19.0], &SurfaceSettings { terms: EXTENDED, ..settings });
@@ -164,7 +164,7 @@ fn borders_and_a_missing_face_width() {
     let open = Gear::new(flankfit_engine::gear::GearData { face_width: None, ..super::gear_evaluation::data() });
     let open = open.expect("it exists");
     for terms in [AS_FITTED, EXTENDED] {
-        let [found, _] = slopes(&open, [1.0, 19.0], told, terms);
+        let [found, _] = slopes(&open, [1.0, 19.0], limits, terms);
         alike(found[1].1, [-6.0, 6.0]);
     }
 }

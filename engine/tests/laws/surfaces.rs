@@ -58,9 +58,9 @@ pub(crate) fn derivatives_agree(surface: &dyn Surface, u: f64, v: f64) -> Result
         (here.uv, (right.v - left.v) / (2.0 * hu)),
         (here.vv, (up.v - down.v) / (2.0 * hv)),
     ];
-    for (k, (told, difference)) in pairs.into_iter().enumerate() {
-        let size = told.norm().max(1.0);
-        prop_assert!((told - difference).norm() < 2e-4 * size, "{k} at {u} {v}: {told:?} {difference:?}");
+    for (k, (derivative, difference)) in pairs.into_iter().enumerate() {
+        let size = derivative.norm().max(1.0);
+        prop_assert!((derivative - difference).norm() < 2e-4 * size, "{k} at {u} {v}: {derivative:?} {difference:?}");
     }
     Ok(())
 }
@@ -126,14 +126,14 @@ proptest! {
         }
         let domain = given.domain();
         for border in Border::ALL {
-            let told = cross[border as usize].as_ref().unwrap();
+            let wanted = cross[border as usize].as_ref().unwrap();
             for k in 0..=16 {
                 let [low, high] = domain[border.axis()];
                 let t = low + f64::from(k) / 16.0 * (high - low);
                 let (u, v) = border.place(domain, t);
                 let jet = given.jet(u, v);
                 let across = if border.axis() == 1 { jet.u } else { jet.v };
-                prop_assert!((across - told.value(t)).norm() < 1e-12, "{border} {k}");
+                prop_assert!((across - wanted.value(t)).norm() < 1e-12, "{border} {k}");
             }
         }
     }
@@ -361,15 +361,15 @@ fn refused_boundaries() {
     assert!(plane.starts_with("boundaries.v1: border v1 has values of 2 coordinates"), "{plane}");
     let heights = [unit, [0.0, 2.0], unit, unit].map(|domain| line(o, o, domain, Dimension::Graph));
     let fault = Boundaries::new(heights, 1e-9).unwrap_err();
-    let told = "boundaries.u1: border u1 runs over [0, 2], the one opposite over [0, 1]";
-    assert_eq!(fault.to_string(), told);
+    let message = "boundaries.u1: border u1 runs over [0, 2], the one opposite over [0, 1]";
+    assert_eq!(fault.to_string(), message);
     let fault = Boundaries::new(square.clone(), f64::NAN).unwrap_err();
     assert_eq!(fault.to_string(), "tolerance: a tolerance of NaN is not a finite number ≥ 0");
     let good = Boundaries::new(square, 0.0).unwrap();
     let cross = [Some(space(x * 2.0, x)), None, None, None];
     let fault = CoonsPatch::bicubic(good.clone(), cross, &Twists::Zero, 1e-9).unwrap_err();
-    let told = "cross_derivatives.u0: at the corner of u0 and v0 the cross derivative of u0 is 1 off";
-    assert!(fault.to_string().starts_with(told), "{fault}");
+    let message = "cross_derivatives.u0: at the corner of u0 and v0 the cross derivative of u0 is 1 off";
+    assert!(fault.to_string().starts_with(message), "{fault}");
     let twists = Twists::Given([[o, o], [Vector::repeat(f64::NAN), o]]);
     let fault = CoonsPatch::bicubic(good, [const { None }; 4], &twists, 1e-9).unwrap_err();
     assert_eq!(fault.to_string(), "twists[1][0]: twist (1, 0) is not finite");

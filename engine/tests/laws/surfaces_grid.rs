@@ -109,8 +109,8 @@ proptest! {
         let outside = surface.refine(1, &[d + 1.0]).unwrap_err().to_string();
         prop_assert!(outside.starts_with("nodes.v[0]: node 0 along v"), "{}", outside);
         let degree = surface.bases()[0].degree() + 25;
-        let told = format!("degree[0]: degree {degree} along u is not within 1 to 25");
-        prop_assert_eq!(surface.elevate(0, 25).unwrap_err().to_string(), told);
+        let message = format!("degree[0]: degree {degree} along u is not within 1 to 25");
+        prop_assert_eq!(surface.elevate(0, 25).unwrap_err().to_string(), message);
     }
 
     #[test]

@@ -216,8 +216,8 @@ fn a_kink_is_found_where_it_is() {
     assert!((joints(&apart, 3)[0].gap.value - 0.25).abs() < 1e-13);
 
     let fault = plane(arc(1.0, 2.5, 1.0)).unwrap_err();
-    let told = "patches[1][0]: patch 1 covers [[1.0, 2.5], [0.0, 1.0]], not its rectangle";
-    assert!(fault.to_string().starts_with(told), "{fault}");
+    let message = "patches[1][0]: patch 1 covers [[1.0, 2.5], [0.0, 1.0]], not its rectangle";
+    assert!(fault.to_string().starts_with(message), "{fault}");
     assert_eq!(plane(SurfaceShape::BSpline(roof)).unwrap_err().list()[0].path, "patches[1][0]");
     let nested = SurfaceShape::Patchwork(plane(arc(1.0, 2.0, 1.0)).unwrap());
     let fault = Patchwork::new(vec![0.0, 2.0], vec![0.0, 1.0], vec![nested]).unwrap_err();
@@ -291,8 +291,8 @@ fn refused_meshes() {
     assert!(fault(&|m| m.vs[1] = 1.5).starts_with("mesh.u_curves[0]: the curve runs over [0, 1], the mesh over"));
     let higher = mesh_of(|u, v| u * v + 0.5, &us, &vs);
     let found = fault(&|m| m.over_v[2] = higher.over_v[2].clone());
-    let told = "mesh.u_curves[2]: curve 2 over v and curve 0 over u are 0.5";
-    assert!(found.starts_with(told) && found.contains("apart where they cross"), "{found}");
+    let message = "mesh.u_curves[2]: curve 2 over v and curve 0 over u are 0.5";
+    assert!(found.starts_with(message) && found.contains("apart where they cross"), "{found}");
     let basis = BSplineBasis::uniform(1, 1, 0.0, 2.0).unwrap();
     let plane = BSplineCurve::new(basis, Dimension::Plane, vec![Vector::zeros(); 2], None).unwrap();
     let found = fault(&|m| m.over_u[0] = Some(CurveShape::BSpline(plane.clone())));

@@ -24,7 +24,7 @@ fn tikhonov(order: usize, weights: &[f64], parameter: Parameter) -> Regularizati
 /// costs nothing, so every criterion falls without end, or rises to the end of its range. With a
 /// cubic term in the heights each criterion has a minimum.
 #[test]
-fn a_criterion_without_a_minimum_is_said() {
+fn a_criterion_without_a_minimum_is_reported() {
     let places: Vec<f64> = (-6..=6).map(f64::from).collect();
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     // the part of x⁵ orthogonal to polynomials of degree 3, by Gram–Schmidt

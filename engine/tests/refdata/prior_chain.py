@@ -202,7 +202,7 @@ weights = normed([b[3] for b in branches])
 estimated["move_ratio"] = float(sqrt(sum(w * q * q for w, q in zip(weights, ratios))))
 estimated["intervals"] = [interval(j, branches, stepped, mpf(estimated["value_dec"][j])) for j in range(N)]
 deviations = [0.05, 0.08, 0.02, 0.06]
-told = mix([run(matrix([[mpf(d) ** 2 if i == j else mpf(0) for j in range(N)] for i, d in enumerate(deviations)]))])
+given = mix([run(matrix([[mpf(d) ** 2 if i == j else mpf(0) for j in range(N)] for i, d in enumerate(deviations)]))])
 print(json.dumps({
     "source": "nodes and formula of prior_chain.py",
     "licence": "none needed",
@@ -212,5 +212,5 @@ print(json.dumps({
     "degrees_of_freedom": freedom,
     "move_std_error": deviations,
     "estimated": estimated,
-    "told": told,
+    "given": given,
 }, indent=1))

@@ -252,7 +252,7 @@ fn the_length_that_profile_slopes_of_the_instrument_are_taken_over() {
 
 /// Teeth are counted counterclockwise according to code 161, and the ball readings confirm it.
 #[test]
-fn run_out_says_which_way_teeth_are_counted() {
+fn run_out_confirms_the_direction_of_tooth_numbers() {
     for name in FILES {
         let file = file(name);
         let rules = file.curves.header.rules();

@@ -77,6 +77,6 @@ fn a_chain_with_moves_that_it_estimates() {
 fn a_chain_with_given_moves() {
     let file = reference("prior_chain");
     let deviations = numbers(&file["move_std_error"]);
-    let prior = agrees(&file, &file["told"], &chained(&file, Moves::StdError(deviations.clone())));
+    let prior = agrees(&file, &file["given"], &chained(&file, Moves::StdError(deviations.clone())));
     assert_eq!((prior.move_std_error, prior.move_ratio), (Some(deviations), None));
 }

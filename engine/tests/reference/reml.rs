@@ -14,10 +14,11 @@ fn hald() {
     let rows: Vec<f64> = (0..y.len()).flat_map(|k| columns.iter().map(move |c| c[k])).collect();
     let nodes = Nodes::matrix(rows, 4, y, None, None).unwrap();
     let regularization = Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Reml) };
-    for (told, truth) in [(None, &file["k"]), (Some(number(&file["sigma"])), &file["k_with_sigma"])] {
-        let spec = FitSpec { regularization: regularization.clone(), noise_sigma: told, ..FitSpec::new(Model::Linear) };
+    for (sigma, truth) in [(None, &file["k"]), (Some(number(&file["sigma"])), &file["k_with_sigma"])] {
+        let spec =
+            FitSpec { regularization: regularization.clone(), noise_sigma: sigma, ..FitSpec::new(Model::Linear) };
         let k = fit(&nodes, &spec).unwrap().regularization.lambda_star.unwrap();
         // the reference minimises without derivatives
-        assert!((k / number(truth) - 1.0).abs() < 1e-6, "{told:?}: {k}, in the reference {truth}");
+        assert!((k / number(truth) - 1.0).abs() < 1e-6, "{sigma:?}: {k}, in the reference {truth}");
     }
 }

@@ -39,7 +39,7 @@ impl Dropped {
 }
 
 /// Error for a fit whose results exceed double precision.
-pub fn beyond() -> FitError {
+pub fn exceeds_double() -> FitError {
     let message = "results of this fit exceed the range of double precision: choose another unit or basis";
     FitError::ExceedsDouble(Faults::one("nodes", message))
 }
@@ -73,7 +73,7 @@ pub fn checked_collinearity(
             .near_dependencies
             .iter()
             .all(|near| near.eigenvalue.is_finite() && near.weights.iter().all(|weights| all(weights)));
-    if sound { Ok(report) } else { Err(beyond()) }
+    if sound { Ok(report) } else { Err(exceeds_double()) }
 }
 
 /// The same for what filters did.
@@ -90,7 +90,7 @@ pub fn checked_filtering(
     }
     dropped.warn(warnings);
     let sound = filters.iter().all(|filter| all(&[filter.max_change, filter.rms_change]));
-    if sound { Ok((filters, columns)) } else { Err(beyond()) }
+    if sound { Ok((filters, columns)) } else { Err(exceeds_double()) }
 }
 
 /// Parts that are included only on request.
@@ -201,5 +201,5 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         && result.robust.as_ref().is_none_or(|r| all(&r.coefficients))
         && result.ridge_trace.iter().flatten().all(|point| point.k.is_finite() && all(&point.coefficients))
         && result.matrix_b.iter().flatten().all(|row| all(row));
-    if sound { Ok(result) } else { Err(beyond()) }
+    if sound { Ok(result) } else { Err(exceeds_double()) }
 }

@@ -137,7 +137,7 @@ impl Test<'_> {
             let least = limit(quantile, left.freedom) * sigma_of(left.sum_abs, left.count, left.freedom);
             let (least, before) = (least.max(self.floor), deleted.len());
             let (mut rss, mut freedom) = (left.rss, left.freedom);
-            for k in self.beyond(&left, &deleted, least).into_iter().take(most - before) {
+            for k in self.exceeding(&left, &deleted, least).into_iter().take(most - before) {
                 if freedom < 2.0 {
                     break;
                 }
@@ -186,7 +186,7 @@ impl Test<'_> {
     /// Returns the nodes left whose studentised residuals, times σ, exceed `least`, the greatest
     /// first: of few nodes that one alone, of many all with at least half of the greatest. Theirs
     /// are studentised by the leverages in the fit of all nodes, which hardly differ.
-    fn beyond(&self, left: &Left, deleted: &[Deleted], least: f64) -> Vec<usize> {
+    fn exceeding(&self, left: &Left, deleted: &[Deleted], least: f64) -> Vec<usize> {
         let n = self.linear.factor.size();
         let many = left.count.saturating_mul(n * n) > CHEAP;
         let by = if many { &[] } else { deleted };

@@ -65,7 +65,7 @@ pub(crate) struct Factor {
 }
 
 /// Error for squares above the range of double.
-pub(crate) fn squares_beyond() -> Faults {
+pub(crate) fn squares_exceed_double() -> Faults {
     let message =
         "powers or squares of these numbers exceed the range of double precision: choose another unit or basis";
     Faults::one("nodes", message)
@@ -84,7 +84,7 @@ impl Factor {
         if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
             Ok(self)
         } else {
-            Err(FitError::ExceedsDouble(squares_beyond()))
+            Err(FitError::ExceedsDouble(squares_exceed_double()))
         }
     }
 

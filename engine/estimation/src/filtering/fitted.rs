@@ -10,7 +10,7 @@ use crate::{
 
 /// Fits `nodes`, and adds the fitted heights if `spec` includes them, with the heights of the nodes
 /// if they have been `filtered`.
-pub(super) fn telling(
+pub(super) fn fit_with_heights(
     nodes: &Nodes,
     spec: &FitSpec,
     filtered: bool,
@@ -27,7 +27,7 @@ pub(super) fn telling(
     let heights: Vec<f64> = (0..sample.count()).map(|k| sample.z(k)).collect();
     let fitted: Vec<f64> = heights.iter().zip(&left).map(|(z, r)| z - r).collect();
     if fitted.iter().any(|z| !z.is_finite()) {
-        return Err(finite::beyond());
+        return Err(finite::exceeds_double());
     }
     report.fitted = Some(fitted);
     report.heights = filtered.then_some(heights);

@@ -172,13 +172,14 @@ fn fit_selected(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResul
 /// The fit of the model of `spec`.
 fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if spec.filters.is_empty() {
-        return fitted::telling(nodes, spec, false, |spec| fit_nodes(nodes, spec, plans));
+        return fitted::fit_with_heights(nodes, spec, false, |spec| fit_nodes(nodes, spec, plans));
     }
     let mut applied = steps::apply(nodes, &spec.filters)?;
     let filtered = with_earlier(spec, |nodes| Ok(steps::apply(nodes, &spec.filters)?.nodes))?;
     let spec_of_filtered = filtered.as_ref().unwrap_or(spec);
-    let mut result =
-        fitted::telling(&applied.nodes, spec_of_filtered, true, |spec| fit_nodes(&applied.nodes, spec, plans))?;
+    let mut result = fitted::fit_with_heights(&applied.nodes, spec_of_filtered, true, |spec| {
+        fit_nodes(&applied.nodes, spec, plans)
+    })?;
     if spec.filters.iter().any(|filter| !finds_peaks(filter)) {
         applied.warnings.push(Warning::FilteredNoise);
         result.warnings.retain(|warning| !is_misled(warning));

@@ -67,13 +67,13 @@ pub(super) fn fit_errors(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Resu
 fn with_what_exists(spec: &FitSpec) -> (FitSpec, Vec<Warning>) {
     let (mut spec, mut warnings) = (spec.clone(), Vec::new());
     let correlated = spec.errors.as_ref();
-    let told = correlated.is_none_or(|errors| given(errors.correlation, errors.along).is_some());
+    let known = correlated.is_none_or(|errors| given(errors.correlation, errors.along).is_some());
     let sandwich = spec.variance == Variance::Hc3;
     if spec.include.influence && (correlated.is_some() || sandwich) {
         spec.include.influence = false;
         warnings.push(Warning::NoInfluenceOfErrors);
     }
-    if spec.include.predicted_mse && (!told || sandwich) {
+    if spec.include.predicted_mse && (!known || sandwich) {
         spec.include.predicted_mse = false;
         warnings.push(Warning::NoCorrectedError);
     }
@@ -111,11 +111,11 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
         .into());
     }
     // a given model of the errors needs no residuals
-    let told = match &spec.errors {
+    let known = match &spec.errors {
         Some(errors) => given(errors.correlation, errors.along).is_some(),
         None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
     };
-    let least = if told && spec.noise_sigma.is_some() { 0 } else { LEAST_FREEDOM };
+    let least = if known && spec.noise_sigma.is_some() { 0 } else { LEAST_FREEDOM };
     if m < n + least {
         return Err(Faults::one(
             field,
@@ -127,7 +127,7 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     if factor.working.is_none() {
         return Err(dependence(&design, &factor, heights.weight));
     }
-    if !told && factor.rss == 0.0 {
+    if !known && factor.rss == 0.0 {
         return Err(Faults::one(
             field,
             "the model fits every height exactly, so the errors cannot be estimated: omit this",
@@ -182,8 +182,8 @@ impl Plain<'_> {
     /// Generalised least squares.
     fn correlated(&self, errors: &Errors) -> Result<FitResult, FitError> {
         let refused = || {
-            let told = given(errors.correlation, errors.along).is_some();
-            FitError::from(match told {
+            let known = given(errors.correlation, errors.along).is_some();
+            FitError::from(match known {
                 true => Faults::one(
                     "errors.parameters",
                     "with these parameters heights determine their neighbours to rounding: give a weaker correlation",

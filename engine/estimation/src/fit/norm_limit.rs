@@ -22,11 +22,11 @@ impl Solved<'_> {
         }
         let Some(noise) = self.noise(self.spec.level) else { return };
         let (a, lambda) = (&self.spectrum.a, &self.spectrum.lambda);
-        let told = || a.iter().zip(lambda).filter(|(_, lambda)| **lambda > 0.0);
+        let determined = || a.iter().zip(lambda).filter(|(_, lambda)| **lambda > 0.0);
         let norm = applied.bias.coefficient_norm_limit;
         let above = noise.one_sided() * self.error_along(|i| a[i], &noise) / norm;
         applied.bias.upper_confidence = Some(norm + above).filter(|limit| limit.is_finite());
-        if let Some((&along, &least)) = told().next() {
+        if let Some((&along, &least)) = determined().next() {
             let first = lambda.iter().position(|l| *l == least).unwrap_or(0);
             let error = self.error_along(|i| if i == first { 1.0 } else { 0.0 }, &noise);
             if along.abs() < noise.quantile() * error {
@@ -38,12 +38,12 @@ impl Solved<'_> {
     /// Standard error of `Σ wᵢaᵢ` along the eigenvectors.
     fn error_along(&self, weight: impl Fn(usize) -> f64, noise: &Noise) -> f64 {
         let (lambda, image) = (&self.spectrum.lambda, &self.spectrum.image);
-        let told = || (0..lambda.len()).filter(|&i| lambda[i] > 0.0);
+        let determined = || (0..lambda.len()).filter(|&i| lambda[i] > 0.0);
         match self.errors {
-            None => noise.sigma * told().map(|i| weight(i).powi(2) / lambda[i]).sum::<f64>().sqrt(),
+            None => noise.sigma * determined().map(|i| weight(i).powi(2) / lambda[i]).sum::<f64>().sqrt(),
             Some(errors) => {
                 let mut row = vec![0.0; image.nrows()];
-                for i in told() {
+                for i in determined() {
                     let share = weight(i) / lambda[i];
                     row.iter_mut().zip(image.column(i).iter()).for_each(|(to, x)| *to += share * x);
                 }

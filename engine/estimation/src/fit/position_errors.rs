@@ -88,8 +88,9 @@ pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> R
             None => Ok(None),
         };
     };
-    let told = FitSpec { node_uncertainty: Some(NodeUncertainty { kind: Some(kind), ..uncertainty }), ..spec.clone() };
-    concluded(nodes, sample, &told, &design, settled).map(Some)
+    let specified =
+        FitSpec { node_uncertainty: Some(NodeUncertainty { kind: Some(kind), ..uncertainty }), ..spec.clone() };
+    concluded(nodes, sample, &specified, &design, settled).map(Some)
 }
 
 fn concluded(
@@ -107,9 +108,9 @@ fn concluded(
     let evidence = Evidence::Posted { sample: &sample, nodes: &moved };
     let linear = LinearProblem { design, factor: &factor, heights: heights.about_zero, evidence };
     let uncertainty = spec.node_uncertainty;
-    let measured = uncertainty.filter(|told| told.kind == Some(PositionKind::Measured) && spec.prior.is_none());
+    let measured = uncertainty.filter(|given| given.kind == Some(PositionKind::Measured) && spec.prior.is_none());
     let scattered =
-        measured.and_then(|told| scatter(design, &factor, &settled, told.position / told.height, spec.noise_sigma));
+        measured.and_then(|given| scatter(design, &factor, &settled, given.position / given.height, spec.noise_sigma));
     let warning = scattered.as_ref().and_then(|found| {
         let figures = [found.share, found.bend, found.weights];
         let beyond = figures.iter().zip(HOLDING).any(|(figure, most)| *figure > most);
@@ -126,7 +127,7 @@ fn concluded(
     let reason = NotEnclosed::OtherFit;
     result.warnings.extend(spec.include.enclosure.then_some(Warning::NoEnclosure { reason }));
     result.warnings.extend(warning);
-    let sigma_ratio = result.residuals.sigma.zip(uncertainty).map(|(sigma, told)| sigma / told.height);
+    let sigma_ratio = result.residuals.sigma.zip(uncertainty).map(|(sigma, given)| sigma / given.height);
     let sigma_ratio = sigma_ratio.filter(|ratio| ratio.is_finite());
     result.warnings.extend(sigma_ratio.and_then(|ratio| contradiction(ratio, result.residuals.degrees_of_freedom)));
     result.positions = Some(PositionsReport {

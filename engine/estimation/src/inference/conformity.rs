@@ -141,7 +141,7 @@ impl Inferred {
         let probability = [within(farthest).min(most), most];
         let verdict = if probability[0] >= CONFORMANCE_PROBABILITY {
             ConformityVerdict::Conforms
-        } else if self.lies_beyond(limits) {
+        } else if self.is_outside(limits) {
             ConformityVerdict::DoesNotConform
         } else {
             ConformityVerdict::CannotBeTold
@@ -152,7 +152,7 @@ impl Inferred {
 
     /// True if a part within the limits would be measured as far outside them seldom enough. The
     /// part at the nearer limit is measured so most often, outside either limit.
-    fn lies_beyond(&self, [low, high]: [f64; 2]) -> bool {
+    fn is_outside(&self, [low, high]: [f64; 2]) -> bool {
         let beyond = (self.value - high).max(low - self.value) - self.bias_bound;
         if !(beyond > 0.0 && self.std_error > 0.0) {
             return beyond > 0.0;

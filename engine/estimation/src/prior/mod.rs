@@ -198,7 +198,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
                     // what is determined without a move is so with any that doubles hold
                     let lost = || follow(&Spread::Even(0.0)).is_ok();
                     let branch = branch.map_err(|undetermined| match lost() {
-                        true => beyond_at("prior.move"),
+                        true => exceeds_double_at("prior.move"),
                         false => undetermined,
                     })?;
                     (noise, vec![branch], None)
@@ -252,10 +252,10 @@ pub(crate) fn exceeds_double(prior: &Prior) -> FitError {
         Prior::Given { spread: PriorSpread::Covariance(_), .. } => "prior.covariance",
         Prior::Iterations(_) => "prior.iterations",
     };
-    FitError::ExceedsDouble(beyond_at(path))
+    FitError::ExceedsDouble(exceeds_double_at(path))
 }
 
-fn beyond_at(path: &str) -> Faults {
+fn exceeds_double_at(path: &str) -> Faults {
     let message = "prior and nodes differ too much, in value or in precision, for double precision";
     Faults::one(path, message)
 }

@@ -35,7 +35,7 @@ use super::{
     result::{FitResult, Warning},
     spec::FitSpec,
 };
-use crate::{design::none_counts, factor::squares_beyond};
+use crate::{design::none_counts, factor::squares_exceed_double};
 use flankfit_numerics::check::Faults;
 pub use state::State;
 use sums::Sums;
@@ -141,7 +141,7 @@ impl Recursive {
         }
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
         if !sums.is_finite() {
-            return Err(squares_beyond());
+            return Err(squares_exceed_double());
         }
         if unusual || !sums.are_plain(&sample) {
             sums.columns_within_range()?;

@@ -80,9 +80,9 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
         }
         (model, _) => {
             let surface = form == Form::Surface;
-            if is_surface(spec).is_some_and(|told| told != surface) {
-                let told = if surface { "a curve" } else { "a surface" };
-                let message = format_args!("model and domain of the stream are those of {told}");
+            if is_surface(spec).is_some_and(|specified| specified != surface) {
+                let kind = if surface { "a curve" } else { "a surface" };
+                let message = format_args!("model and domain of the stream are those of {kind}");
                 return Err(Faults::one("nodes.type", message));
             }
             let (u, v) = bounding_box(sample);
@@ -199,7 +199,7 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
 /// Errors of the stream's own model, found when its first block shows the kind of its nodes; they
 /// are reported at the `place` of that block.
 pub(super) fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
-    let told = |Fault { path, message }: Fault| {
+    let reworded = |Fault { path, message }: Fault| {
         // as the request was sent under
         let pointer = path.replace(['.', '['], "/").replace(']', "");
         Fault {
@@ -207,5 +207,5 @@ pub(super) fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Fau
             message: format!("the stream's /{pointer} does not fit these nodes: {message}"),
         }
     };
-    result.map_err(|faults| faults.map(told))
+    result.map_err(|faults| faults.map(reworded))
 }

@@ -147,7 +147,7 @@ fn hypercube(first: usize, size: usize, draws: usize) -> Vec<Vec<f64>> {
 }
 
 /// Share of an estimate with this squared length that exceeds its noise, from 0 to 1.
-fn beyond_noise(variance: f64, square: f64) -> f64 {
+fn share_above_noise(variance: f64, square: f64) -> f64 {
     if square > variance { 1.0 - variance / square } else { 0.0 }
 }
 
@@ -206,7 +206,7 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
     let passed = |(i, l): (usize, &f64)| if *l > 0.0 { rule.at(i, *l, value).factor.powi(2) / l } else { 0.0 };
     let least = noise.variance * lambda.iter().enumerate().map(passed).sum::<f64>();
     let filtered: Vec<f64> = (0..a.len()).map(|i| rule.at(i, lambda[i], value).factor * a[i]).collect();
-    let share = beyond_noise(least, filtered.iter().map(|x| x * x).sum());
+    let share = share_above_noise(least, filtered.iter().map(|x| x * x).sum());
     let truth: Vec<f64> = filtered.iter().map(|x| share * x).collect();
     let again = |drawn: &[f64], [variance, rss]: [f64; 2]| {
         let sigma = context.spec.noise_sigma;
@@ -271,7 +271,7 @@ pub(super) fn of_penalty(
     };
     let least = noise.variance * (oblique.silent..size).asking(size * size).map(passed).sum::<f64>();
     let filtered = DVector::from_fn(size, |i, _| oblique.factor(i, lambda) * oblique.a[i]);
-    let share = beyond_noise(least, oblique.along(&filtered).norm_squared());
+    let share = share_above_noise(least, oblique.along(&filtered).norm_squared());
     let truth: Vec<f64> = filtered.iter().map(|x| share * x).collect();
     corrected([predicted, least], &noise, (size, 400 * size * size), |normals, level, [variance, rss]| {
         // along these directions least squares has the variance σ²
@@ -328,8 +328,8 @@ mod tests {
             assert!((found - 1.0).abs() < 0.02, "{freedom}: {found}");
             assert!(naive > together, "{freedom}: {naive}");
         }
-        let told = Noise { variance: 2.0, given: true, freedom: 3 };
-        assert_eq!(told.levels().iter().map(|level| level.variance).collect::<Vec<f64>>(), [2.0]);
+        let noise = Noise { variance: 2.0, given: true, freedom: 3 };
+        assert_eq!(noise.levels().iter().map(|level| level.variance).collect::<Vec<f64>>(), [2.0]);
     }
 
     /// Moments of χ²/ν: mean 1, variance 2/ν but for what the outermost shares lose.

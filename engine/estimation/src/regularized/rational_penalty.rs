@@ -19,7 +19,7 @@ const MOST_BEYOND: f64 = 56.0;
 /// Gauss points in addition to the degree for weights that differ by `ratio` within a cell: a
 /// denominator that rises from 1 to `ratio` over a span as a parabola does has its zeros at a
 /// distance of 1/√(ratio − 1).
-fn points_beyond(ratio: f64) -> usize {
+fn additional_points(ratio: f64) -> usize {
     if ratio <= 1.0 { 0 } else { (16.0 / (1.0 / (ratio - 1.0).sqrt()).asinh()).ceil().min(MOST_BEYOND) as usize }
 }
 
@@ -36,7 +36,7 @@ pub(super) fn factor(axes: [&Axis; 2], net: &WeightNet, weights: &[f64], order: 
         largest / least
     };
     let widest = spans_u.iter().flat_map(|u| spans_v.iter().map(move |v| ratio(u, v))).fold(1.0, f64::max);
-    let beyond = points_beyond(widest);
+    let beyond = additional_points(widest);
     let [cells_u, cells_v] = [(axes[0], spans_u), (axes[1], spans_v)]
         .map(|(axis, spans)| spans.into_iter().map(|span| cell(axis, span, beyond)).collect::<Vec<Cell>>());
     // what is differentiated: nothing, or along u and along v

@@ -38,7 +38,7 @@ mod tests {
     };
 
     #[test]
-    fn no_probability_is_said_to_be_0() {
+    fn no_probability_is_written_as_0() {
         let none = "less than 1e-300";
         for (p, said) in [(0.0, none), (1e-310, none), (2.34e-9, "2.3e-9"), (0.01, "1.0e-2")] {
             assert_eq!(Probability(p).to_string(), said);

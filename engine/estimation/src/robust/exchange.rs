@@ -61,9 +61,9 @@ mod tests {
     use super::*;
     use crate::robust::rows::weighted_solution;
 
-    /// The change that is foretold is that of the two fits.
+    /// The change that is predicted is that of the two fits.
     #[test]
-    fn an_exchange_lowers_the_sum_as_foretold() {
+    fn an_exchange_lowers_the_sum_as_predicted() {
         let (m, n, h) = (14, 2, 9);
         let q: Vec<f64> = (0..m).flat_map(|k| [1.0, f64::from(k as u8)]).collect();
         let b: Vec<f64> = (0..m).map(|k| (2.3 * f64::from(k as u8).powi(2)).sin()).collect();

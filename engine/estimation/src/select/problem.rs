@@ -94,20 +94,20 @@ impl Problem {
             rounding: ROUNDING * ROUNDING * heights,
         };
         problem.whole += match problem.constant {
-            Some(constant) => problem.beyond(&problem.triangle.subspace(&[constant])).norm_squared(),
+            Some(constant) => problem.orthogonal_part(&problem.triangle.subspace(&[constant])).norm_squared(),
             None => problem.b.norm_squared(),
         };
         Some(problem)
     }
 
     /// Component of the heights orthogonal to a subspace.
-    fn beyond(&self, subspace: &Subspace) -> DVector<f64> {
+    fn orthogonal_part(&self, subspace: &Subspace) -> DVector<f64> {
         &self.b - &subspace.q * subspace.q.tr_mul(&self.b)
     }
 
     /// The figures of the model whose columns span `subspace`.
     pub(super) fn figures(&self, subspace: &Subspace) -> Candidate {
-        let beyond = self.beyond(subspace);
+        let beyond = self.orthogonal_part(subspace);
         let (m, n, rss) = (self.left.len() as f64, subspace.q.ncols() as f64, self.rss + beyond.norm_squared());
         let k = n + 1.0;
         let existing = |x: f64| Some(x).filter(|x| x.is_finite());

@@ -154,7 +154,7 @@ pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<Smooth
             range: equations.range(),
         };
         if !problem.range.iter().all(|x| x.is_finite()) {
-            return Err(beyond());
+            return Err(exceeds_double());
         }
         let figures = |lambda| Some(equations.figures(&merged.heights, lambda, apart));
         let found = choice::find(asked.smoothing, &problem, figures)
@@ -211,7 +211,7 @@ fn coordinates(given: usize) -> Faults {
 }
 
 /// Error for intermediate numbers above the range of a double.
-fn beyond() -> Faults {
+fn exceeds_double() -> Faults {
     Faults::one("points", "these numbers exceed the range of double precision: choose another unit")
 }
 
@@ -289,13 +289,13 @@ fn report(
     });
     let controls = controls(merged, solution);
     if !controls.iter().all(|p| p.iter().all(|x| x.is_finite())) || !solution.effective.is_finite() {
-        return Err(beyond());
+        return Err(exceeds_double());
     }
     let dimension = Dimension::of(dimension).ok_or_else(|| coordinates(dimension))?;
     let ends = |x: f64| std::iter::repeat_n(x, 4);
     let knots = ends(merged.x[0]).chain(merged.x[1..m - 1].iter().copied()).chain(ends(merged.x[m - 1])).collect();
-    let basis = BSplineBasis::new(3, knots).map_err(|_| beyond())?;
-    let curve = BSplineCurve::new(basis, dimension, controls, None).map_err(|_| beyond())?;
+    let basis = BSplineBasis::new(3, knots).map_err(|_| exceeds_double())?;
+    let curve = BSplineCurve::new(basis, dimension, controls, None).map_err(|_| exceeds_double())?;
     Ok(SmoothingSpline {
         curve,
         lambda: found.lambda,

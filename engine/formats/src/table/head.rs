@@ -80,8 +80,8 @@ impl<'a> Head<'a> {
                 Kind::Comment(row) if comments.len() < SAMPLE => comments.push(row),
                 Kind::Cells(row) => {
                     // line with which Excel is given the separator
-                    let told = row.text.trim().strip_prefix("sep=").filter(|_| sample.is_empty());
-                    match told.and_then(|told| told.chars().next()) {
+                    let mark = row.text.trim().strip_prefix("sep=").filter(|_| sample.is_empty());
+                    match mark.and_then(|mark| mark.chars().next()) {
                         Some(';') => separator = separator.or(Some(Separator::Semicolon)),
                         Some(',') => separator = separator.or(Some(Separator::Comma)),
                         Some('\t') => separator = separator.or(Some(Separator::Tab)),

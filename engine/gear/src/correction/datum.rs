@@ -25,13 +25,13 @@ impl Correction {
         let groups = Groups::of(&self);
         let means: Vec<Vec<f64>> = (0..columns).map(|j| groups.means(&self, |k| self.row(k)[j])).collect();
         let levels = groups.means(&self, |k| self.asked.deviation[k] - self.target(k));
-        let told = self.asked.sensitivity.chunks_exact(columns).zip(&groups.of_node);
+        let rows = self.asked.sensitivity.chunks_exact(columns).zip(&groups.of_node);
         let about = |(row, &group): (&[f64], &usize)| -> Vec<f64> {
             // nodes of a trace that takes no part move by what is known of them
             let mean = |j: usize| Some(means[j][group]).filter(|mean| !mean.is_nan()).unwrap_or(0.0);
             row.iter().enumerate().map(|(j, x)| x - mean(j)).collect()
         };
-        let centred: Vec<f64> = told.flat_map(about).collect();
+        let centred: Vec<f64> = rows.flat_map(about).collect();
         let constant = |j: &usize| {
             let left = groups.sums(&self, |k| centred[k * columns + j].powi(2));
             let whole = groups.sums(&self, |k| self.given_row(k)[*j].powi(2));

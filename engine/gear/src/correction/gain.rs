@@ -168,7 +168,7 @@ impl<'a> Gain<'a> {
         let mut whole = vec![0.0; n * all];
         for &k in self.correction.counted().iter().asking(n * (n + all)) {
             let (w, jacobian, row) = (self.correction.weight(k), self.correction.row(k), self.row(k));
-            let told = self.correction.given_row(k);
+            let given = self.correction.given_row(k);
             let root = w.sqrt();
             let gain = self.back(&self.along(&row));
             let left = root * misfit.sqrt() * self.correction.left_at(k, change);
@@ -177,7 +177,7 @@ impl<'a> Gain<'a> {
                 for j in 0..all {
                     match asked.response_errors {
                         ResponseErrors::Independent => {
-                            let x = root * told[j];
+                            let x = root * given[j];
                             let turned = place[j].map_or(0.0, |l| inverse[i][l] / self.scale[l] * left);
                             response[i] += (eta * x * (gain[i] * change[j] + turned)).powi(2);
                         }

@@ -51,7 +51,11 @@ pub(super) struct Standing {
 
 /// Positions of the settings when those that are `pinned` are changed by that much. `unlimited`
 /// is the fit of the others without limits; no fit is returned where that is within them.
-pub(super) fn stand(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) -> Result<Standing, FitError> {
+pub(super) fn positions(
+    correction: &Correction,
+    unlimited: &[f64],
+    pinned: &[Option<f64>],
+) -> Result<Standing, FitError> {
     let settings = &correction.spec().settings;
     let inside = (0..unlimited.len()).all(|j| {
         pinned[j].is_some()

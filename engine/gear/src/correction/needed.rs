@@ -169,9 +169,9 @@ impl<'a> Reduced<'a> {
         let found = qr_with_rhs(self.r.select_columns(kept), self.qty.clone());
         let parts = svd(found.r)?;
         let least = RANK * parts.sigma.last()?;
-        let (told, lost): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| parts.sigma[i] > least);
+        let (determined, lost): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| parts.sigma[i] > least);
         let along = |qty: &DVector<f64>| -> Vec<f64> {
-            told.iter().map(|&i| parts.us.column(i).dot(qty) / (parts.sigma[i] * parts.sigma[i])).collect()
+            determined.iter().map(|&i| parts.us.column(i).dot(qty) / (parts.sigma[i] * parts.sigma[i])).collect()
         };
         let of_scatter: Vec<Vec<f64>> = self
             .scatter
@@ -181,9 +181,9 @@ impl<'a> Reduced<'a> {
         let along = along(&found.qty);
         let mut cost = Vec::with_capacity(n);
         for (j, &place) in kept.iter().enumerate() {
-            let entry = |along: &[f64]| told.iter().zip(along).map(|(&i, a)| parts.v[(j, i)] * a).sum::<f64>();
+            let entry = |along: &[f64]| determined.iter().zip(along).map(|(&i, a)| parts.v[(j, i)] * a).sum::<f64>();
             let x = entry(&along);
-            let noise: f64 = told.iter().map(|&i| (parts.v[(j, i)] / parts.sigma[i]).powi(2)).sum();
+            let noise: f64 = determined.iter().map(|&i| (parts.v[(j, i)] / parts.sigma[i]).powi(2)).sum();
             let variance = noise.max(of_scatter.iter().map(|along| entry(along).powi(2)).sum());
             // what others do as well costs nothing
             let replaced = lost.iter().any(|&i| parts.v[(j, i)].abs() > RANK.sqrt());

@@ -7,7 +7,7 @@
 //! spoil settings that undo each other.
 
 use super::{
-    limits::{fit_free, stand},
+    limits::{fit_free, positions},
     problem::{Correction, Setting},
 };
 use flankfit_estimation::FitError;
@@ -40,7 +40,7 @@ pub(super) fn rounded(correction: &Correction, used: &[usize], change: &[f64]) -
         for (&i, coefficient) in free.iter().zip(&fitted.result.coefficients) {
             point[i] = coefficient.value;
         }
-        point = stand(correction, &point, &pinned)?.change;
+        point = positions(correction, &point, &pinned)?.change;
     }
     step_on(correction, &stepped, &mut point);
     Ok(Some(point))

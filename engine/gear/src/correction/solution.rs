@@ -3,7 +3,7 @@
 use super::{
     damping::Trust,
     gain::Gain,
-    limits::{Fitted, Limit, fit_free, least_change, stand},
+    limits::{Fitted, Limit, fit_free, least_change, positions},
     needed::{Unchanged, left_alone},
     problem::{Correction, Setting, SettingsUsed},
     rounding::rounded,
@@ -207,7 +207,7 @@ impl Correction {
         };
         used.iter().zip(&fit.coefficients).for_each(|(&j, coefficient)| unlimited[j] = coefficient.value);
         let pinned: Vec<Option<f64>> = (0..n).map(|j| (!used.contains(&j)).then_some(unlimited[j])).collect();
-        let standing = stand(self, &unlimited, &pinned)?;
+        let standing = positions(self, &unlimited, &pinned)?;
         let mut warnings = Vec::new();
         if !standing.settled {
             warnings.push(Warning::LimitsNotSettled);
@@ -327,9 +327,9 @@ impl Correction {
         let (mut deviation_um, mut uncertainty_um) = (Vec::new(), Vec::new());
         for (k, d) in asked.deviation.iter().enumerate().asking(2 * change.len()) {
             let (mut moved, mut square) = (0.0, 0.0);
-            for ((j, told), c) in self.row(k).iter().zip(self.given_row(k)).zip(change) {
+            for ((j, given), c) in self.row(k).iter().zip(self.given_row(k)).zip(change) {
                 moved += j * c;
-                square += (told * c) * (told * c);
+                square += (given * c) * (given * c);
             }
             deviation_um.push(d + moved);
             uncertainty_um.push(eta * square.sqrt());

@@ -5,7 +5,7 @@ use super::{Deviations, Direction, Node, Reference};
 use crate::{Side, trace::MOST_DEVIATION};
 use flankfit_numerics::{
     Rows,
-    check::{Faults, deviation_beyond, not_ascending, not_finite},
+    check::{Faults, deviation_exceeds, not_ascending, not_finite},
     words::{Shown, counted, entries},
 };
 
@@ -50,7 +50,7 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
             faults.push(format_args!("deviation_um[{i}]"), format_args!("{given}, but {wanted} would match z_mm"));
         }
         for (j, value) in row.iter().enumerate().filter(|(_, value)| value.abs() > MOST_DEVIATION) {
-            faults.push(format_args!("deviation_um[{i}][{j}]"), deviation_beyond(*value, MOST_DEVIATION));
+            faults.push(format_args!("deviation_um[{i}][{j}]"), deviation_exceeds(*value, MOST_DEVIATION));
         }
     }
     faults.into_result(())?;

@@ -56,13 +56,13 @@ pub(super) struct ClassesFound {
 }
 
 impl Classified<'_> {
-    pub(super) fn classes(&self, told: Assessable) -> ClassesFound {
+    pub(super) fn classes(&self, assessable: Assessable) -> ClassesFound {
         let [slope, form, total] = match self.kind {
             Kind::Profile => [Characteristic::ProfileSlope, Characteristic::ProfileForm, Characteristic::ProfileTotal],
             Kind::Helix => [Characteristic::HelixSlope, Characteristic::HelixForm, Characteristic::HelixTotal],
         };
-        let (values, whole) = (self.values, told == Assessable::Everything);
-        let (of_slope, open) = match told {
+        let (values, whole) = (self.values, assessable == Assessable::Everything);
+        let (of_slope, open) = match assessable {
             Assessable::Nothing | Assessable::Figures => return ClassesFound { classes: None, open: None },
             Assessable::Everything => (self.class(slope, values.slope_um), None),
             Assessable::Slope => match self.of_uncertain(slope) {

@@ -18,7 +18,7 @@ pub(super) fn assessable(subject: &Subject, u: &[f64], spacing: &Spacing, warnin
     let half = 0.5 * window.length();
     let place = |u: f64| window.low + half * (u + 1.0);
     let reached = spacing.open_end == 0.0;
-    let figures = spacing.tells_figures();
+    let figures = spacing.determines_figures();
     let nothing = match spacing.covered >= LEAST_COVERED {
         true => Effect::Nothing,
         false => Effect::TooLittleCovered { covered: spacing.covered },

@@ -63,7 +63,7 @@ use super::{
 use flankfit_estimation::inference::Conformity;
 use flankfit_numerics::{
     cancel,
-    check::{Faults, deviation_beyond, length_beyond, per_position},
+    check::{Faults, deviation_exceeds, length_exceeds, per_position},
     words::Shown,
 };
 
@@ -399,18 +399,18 @@ fn check(posted: &[Posted]) -> Result<(), Faults> {
         };
         for (k, at) in trace.at.iter().enumerate() {
             if !(at.abs() <= MOST_LENGTH) {
-                faults.push(format_args!("traces[{i}].{places}[{k}]"), length_beyond(*at, MOST_LENGTH));
+                faults.push(format_args!("traces[{i}].{places}[{k}]"), length_exceeds(*at, MOST_LENGTH));
             }
         }
         for (k, deviation) in trace.deviation.iter().enumerate() {
             if deviation.abs() > MOST_DEVIATION {
-                let message = deviation_beyond(*deviation, MOST_DEVIATION);
+                let message = deviation_exceeds(*deviation, MOST_DEVIATION);
                 faults.push(format_args!("traces[{i}].deviation_um[{k}]"), message);
             }
         }
         for (k, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
             if !(line.abs() <= MOST_DEVIATION) {
-                faults.push(format_args!("traces[{i}].design_um[{k}]"), deviation_beyond(*line, MOST_DEVIATION));
+                faults.push(format_args!("traces[{i}].design_um[{k}]"), deviation_exceeds(*line, MOST_DEVIATION));
             }
         }
     }

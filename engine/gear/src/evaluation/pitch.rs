@@ -394,7 +394,7 @@ fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMea
     }
     for (index, &value) in given.iter().enumerate() {
         if value.abs() > most {
-            faults.push(format_args!("{path}[{index}]"), beyond(value, most, unit));
+            faults.push(format_args!("{path}[{index}]"), exceeds(value, most, unit));
         }
     }
     if !given.is_empty() && given.iter().all(|d| d.is_nan()) {
@@ -417,6 +417,6 @@ pub(super) fn count(given: usize, teeth: usize) -> String {
 }
 
 /// The message of a number outside the range of measurements.
-pub(super) fn beyond(value: f64, most: f64, unit: &str) -> String {
+pub(super) fn exceeds(value: f64, most: f64, unit: &str) -> String {
     format!("{} {unit} exceeds {} {unit}", Shown(value), Shown(most))
 }

@@ -229,8 +229,8 @@ impl Held {
 fn range(value: f64, limits: [f64; 2], complete: bool, uncertainty: Option<f64>) -> Held {
     let [low, high] = limits;
     // no true value lies below 0: that much of the error's distribution is none of a limit's
-    let told = [if low <= 0.0 { f64::NEG_INFINITY } else { low }, high];
-    let conformity = uncertainty.map(|error| Conformity { limits, ..about(value, error).conformity(told) });
+    let open_limits = [if low <= 0.0 { f64::NEG_INFINITY } else { low }, high];
+    let conformity = uncertainty.map(|error| Conformity { limits, ..about(value, error).conformity(open_limits) });
     let beyond = value > high;
     match complete {
         true => Held::new(limits, low <= value && !beyond, true, conformity),

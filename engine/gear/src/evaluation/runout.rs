@@ -12,7 +12,7 @@
 //! derived so is said.
 
 use super::{
-    pitch::{Pitch, beyond, count},
+    pitch::{Pitch, count, exceeds},
     pitch_limits::Held,
     warning::RunoutWarning,
 };
@@ -116,7 +116,7 @@ pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Resul
     }
     for (index, &value) in readings.iter().enumerate() {
         if value.abs() > MOST_DEVIATION {
-            faults.push(format_args!("readings_um[{index}]"), beyond(value, MOST_DEVIATION, "µm"));
+            faults.push(format_args!("readings_um[{index}]"), exceeds(value, MOST_DEVIATION, "µm"));
         }
     }
     if !readings.is_empty() && readings.iter().all(|r| r.is_nan()) {

@@ -84,8 +84,9 @@ impl Subject<'_> {
     pub(super) fn figures(&self, taken: &Taken, noise: Option<TraceNoise>) -> Values {
         let (trace, window) = (self.trace, self.window);
         let noise = noise.map(|noise| noise.variance);
-        let told = mean_curves(&taken.u, &taken.deviation, &taken.spacing, noise.map(|noise| noise.value.sqrt()));
-        let (mean, sign) = (&told.curves, self.settings.sign.of_material(self.settings.given, trace.kind, trace.side));
+        let fitted = mean_curves(&taken.u, &taken.deviation, &taken.spacing, noise.map(|noise| noise.value.sqrt()));
+        let (mean, sign) =
+            (&fitted.curves, self.settings.sign.of_material(self.settings.given, trace.kind, trace.side));
         let extended = window.reference / (0.5 * window.length());
         let [line, chord, curvature] = mean.figures();
         let (slope, k) = match window.mean {
@@ -105,11 +106,11 @@ impl Subject<'_> {
             mean_line_um: [-1.0, 1.0].map(|u| as_given * mean.line(u) + 0.0),
             mean_parabola_um: [-1.0, 0.0, 1.0].map(|u| as_given * mean.parabola(u) + 0.0),
             slope_um: sign * window.sense * slope * extended + 0.0,
-            slope_std_error_um: told.errors.map(|errors| errors[k] * extended),
+            slope_std_error_um: fitted.errors.map(|errors| errors[k] * extended),
             form_um: form,
             total_um: total,
             crowning_um: 0.0 - curvature,
-            crowning_std_error_um: told.errors.map(|errors| errors[2]),
+            crowning_std_error_um: fitted.errors.map(|errors| errors[2]),
             tip_relief_um: self.tip_relief(&taken.relief, mean),
             freedom: noise.map(|noise| noise.freedom),
             doubts: noise.map_or_else(Default::default, |noise| noise.doubts),
@@ -128,7 +129,7 @@ impl Subject<'_> {
         // mapped to [-1, 1] over the relief
         let along: Vec<f64> = relief.iter().map(|[u, _]| (2.0 * u - from - to) / (to - from)).collect();
         let spacing = Spacing::of(&along);
-        if relief.len() < FEWEST_SAMPLES || spacing.places < 3 || !spacing.tells_figures() {
+        if relief.len() < FEWEST_SAMPLES || spacing.places < 3 || !spacing.determines_figures() {
             return None;
         }
         let deviation: Vec<f64> = relief.iter().map(|[_, deviation]| *deviation).collect();

@@ -120,7 +120,7 @@ impl Spacing {
 
     /// Whether slope and crowning can be determined: from three quarters of the range, and no
     /// farther outside the samples than the longest distance that is no hole.
-    pub(crate) fn tells_figures(&self) -> bool {
+    pub(crate) fn determines_figures(&self) -> bool {
         self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
     }
 

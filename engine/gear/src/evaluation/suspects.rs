@@ -67,10 +67,13 @@ pub(super) fn suspects(subject: &Subject, all: &[Sample], runs: &[Run], excluded
     };
     let places = runs.iter().map(place).collect();
     let without = (!excluded).then(|| Taken::of(all, true));
-    let told = |taken: &Taken| {
+    let is_determined = |taken: &Taken| {
         taken.u.len() >= FEWEST_SAMPLES && taken.spacing.places > 2 && taken.spacing.covered >= LEAST_COVERED
     };
-    Suspects { places, without: without.filter(told).map(|taken| subject.figures(&taken, taken.noise()).into()) }
+    Suspects {
+        places,
+        without: without.filter(is_determined).map(|taken| subject.figures(&taken, taken.noise()).into()),
+    }
 }
 
 impl Suspects {

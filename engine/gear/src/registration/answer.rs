@@ -143,22 +143,22 @@ impl Part<'_> {
             .motions
             .iter()
             .map(|&motion| {
-                let determined = self.freedom.tells(motion) && !dependent.contains(&motion);
+                let determined = self.freedom.determines(motion) && !dependent.contains(&motion);
                 // what is shared between motions says nothing of one of them
-                let told = if determined { of(motion) } else { Vec::new() };
-                let has = !told.is_empty();
+                let terms = if determined { of(motion) } else { Vec::new() };
+                let has = !terms.is_empty();
                 Moved {
                     motion,
                     value: pose.get(motion),
                     // −0 is 0
                     start: start.get(motion) + 0.0,
                     unit: if motion.is_angle() { "urad" } else { "um" },
-                    std_error: told
+                    std_error: terms
                         .iter()
                         .map(|(c, share)| Some(c.std_error? * share))
                         .sum::<Option<f64>>()
                         .filter(|_| has),
-                    bias_bound: has.then(|| told.iter().map(|(c, share)| c.bias_bound * share).sum()),
+                    bias_bound: has.then(|| terms.iter().map(|(c, share)| c.bias_bound * share).sum()),
                     determined,
                 }
             })

@@ -176,7 +176,7 @@ impl Freedom {
     }
 
     /// Whether points can tell a motion from all others.
-    pub fn tells(&self, motion: Motion) -> bool {
+    pub fn determines(&self, motion: Motion) -> bool {
         let slid = self.columns.contains(&Column::Slide) && matches!(motion, Motion::AxialShift | Motion::Rotation);
         slid || self.columns.contains(&Column::Motion(motion))
     }

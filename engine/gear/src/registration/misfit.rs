@@ -45,7 +45,7 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
 /// Returns a warning if an axial shift of a helical part takes up its rotation, which is not free.
 pub(super) fn of_axial_shift(gear: &Gear, freedom: &Freedom, pose: &Pose) -> Option<Warning> {
     let shift = pose.get(Motion::AxialShift);
-    let alone = freedom.tells(Motion::AxialShift) && !freedom.motions.contains(&Motion::Rotation);
+    let alone = freedom.determines(Motion::AxialShift) && !freedom.motions.contains(&Motion::Rotation);
     (alone && 1e-3 * shift.abs() > SHIFTS * gear.data().normal_module).then(|| Warning::AxialShiftForRotation {
         shift_um: shift,
         rotation_urad: -1e3 * shift * gear.turn_per_length(),

@@ -150,7 +150,7 @@ pub struct InversePose {
 impl InversePose {
     /// Returns the place of a measured point on the nominal part, mm.
     pub fn point(&self, measured: &Vector) -> Vector {
-        turned(self.beside_pivot(measured) + self.along * Vector::z(), -self.turn)
+        turned(self.relative_to_pivot(measured) + self.along * Vector::z(), -self.turn)
     }
 
     /// Returns a direction of the measured part as one of the nominal part.
@@ -158,7 +158,7 @@ impl InversePose {
         turned(self.inverse * measured, -self.turn)
     }
 
-    fn beside_pivot(&self, measured: &Vector) -> Vector {
+    fn relative_to_pivot(&self, measured: &Vector) -> Vector {
         self.inverse * (measured - self.origin)
     }
 
@@ -166,7 +166,7 @@ impl InversePose {
     /// and of the tilts (µm per µrad) of the part; `normal` is the one at its foot on the nominal
     /// part. The order is x and y shift, x and y tilt.
     pub fn columns(&self, measured: &Vector, normal: &Vector) -> [f64; 4] {
-        let beside = self.beside_pivot(measured);
+        let beside = self.relative_to_pivot(measured);
         let normal = turned(*normal, self.turn);
         let shifted = self.rotation * normal;
         // d(Rᵀq) = −(J dw) × Rᵀq; the part moves the other way than the point that is carried back

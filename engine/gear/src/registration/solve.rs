@@ -111,7 +111,7 @@ fn registered(
 /// The same with the slide along the helices, where the modifications tell it; `None`, and the part
 /// as it was, where they do not.
 fn slid(part: &mut Part, alone: &Iterated, asked: &Registering) -> Result<Option<(Iterated, FitResult)>, FitError> {
-    if part.freedom.is_whole() || part.reference.relief.is_none() || !part.tells_slide(&alone.pose, asked.spec)? {
+    if part.freedom.is_whole() || part.reference.relief.is_none() || !part.supports_slide(&alone.pose, asked.spec)? {
         return Ok(None);
     }
     let (freedom, flank) = (part.freedom.with_slide(), part.flank.clone());
@@ -133,7 +133,7 @@ fn slid(part: &mut Part, alone: &Iterated, asked: &Registering) -> Result<Option
 impl Part<'_> {
     /// Whether the slope of the modifications along z, at a place that was found without it, speaks
     /// for a slide.
-    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, FitError> {
+    fn supports_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, FitError> {
         let columns = self.freedom.with_slide().columns;
         if self.rows.len() <= columns.len() {
             return Ok(false);

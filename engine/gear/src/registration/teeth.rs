@@ -48,9 +48,9 @@ impl Search<'_> {
     /// Rotation with the least sum of distances from the angles of points whose flank and tooth are
     /// given, over the full circle: a minority of wrong teeth does not move it, as it moves a mean.
     pub(super) fn usual_angle(&self) -> Vec<f64> {
-        let told = self.points.iter().filter_map(|touch| Some((touch, touch.side?)));
+        let sided = self.points.iter().filter_map(|touch| Some((touch, touch.side?)));
         let angle = |(touch, side): (&MeasuredPoint, _)| phase(self.gear, side, touch.tooth, &touch.point, self.ball);
-        let angles: Vec<f64> = told.filter_map(angle).collect();
+        let angles: Vec<f64> = sided.filter_map(angle).collect();
         let apart = |a: f64, b: f64| (a - b - TAU * ((a - b) / TAU).round()).abs();
         let sum = |turn: f64| angles.iter().map(|angle| apart(*angle, turn)).sum::<f64>();
         let sums = angles.iter().map(|turn| (sum(*turn), *turn));
@@ -77,9 +77,9 @@ impl Search<'_> {
     /// By how many pitches a given tooth lies on from the nearest one.
     pub(super) fn pitches_off(&self, undoing: &InversePose, touch: &MeasuredPoint) -> Option<u32> {
         let teeth = self.gear.data().teeth;
-        let told = touch.tooth.filter(|tooth| (1..=teeth).contains(tooth))?;
+        let named = touch.tooth.filter(|tooth| (1..=teeth).contains(tooth))?;
         let back = MeasuredPoint { tooth: None, ..self.carried(undoing, touch) };
-        nearest(self.gear, &back, self.ball).map(|foot| (told + teeth - foot.tooth) % teeth)
+        nearest(self.gear, &back, self.ball).map(|foot| (named + teeth - foot.tooth) % teeth)
     }
 
     /// Whether the points lie on flanks there, whatever their teeth are called.

@@ -166,13 +166,15 @@ mod tests {
         let points = vec![Vector::zeros(); 3];
         let new =
             |points: &[Vector], weights| BSplineCurve::new(basis.clone(), Dimension::Plane, points.to_vec(), weights);
-        let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
-        assert_eq!(told(new(&points[1..], None)), "control_points: 2 control points; knots and degree need 3");
+        let message = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
+        assert_eq!(message(new(&points[1..], None)), "control_points: 2 control points; knots and degree need 3");
         let negative = new(&points, Some(vec![1.0, -1.0, 1.0]));
-        assert_eq!(told(negative), "weights[1]: weight 1 (-1) is not a finite number ≥ 0");
-        assert_eq!(told(new(&points, Some(vec![1.0; 2]))), "weights: 2 weights for 3 control points");
-        assert!(told(new(&points, Some(vec![1.0, 0.0, 1.0]))).starts_with("weights: the weights around parameter 1 "));
+        assert_eq!(message(negative), "weights[1]: weight 1 (-1) is not a finite number ≥ 0");
+        assert_eq!(message(new(&points, Some(vec![1.0; 2]))), "weights: 2 weights for 3 control points");
+        assert!(
+            message(new(&points, Some(vec![1.0, 0.0, 1.0]))).starts_with("weights: the weights around parameter 1 ")
+        );
         let bad = [points[0], Vector::new(0.0, f64::NAN, 0.0), points[2]];
-        assert_eq!(told(new(&bad, None)), "control_points[1]: control point 1 is not finite");
+        assert_eq!(message(new(&bad, None)), "control_points[1]: control point 1 is not finite");
     }
 }

@@ -231,10 +231,10 @@ mod tests {
         let new = |degree, knots: &[f64]| {
             interpolate(Dimension::Graph, &t, &values, degree, &KnotChoice::Given(knots.to_vec())).unwrap_err()
         };
-        let told = |degree, knots: &[f64]| new(degree, knots).to_string();
-        assert!(told(3, &[0., 0., 3., 3.]).contains("where 8 are needed"));
-        assert!(told(4, &[0.0; 9]).contains("at least 5 nodes, 4 are given"));
-        assert!(told(0, &[0.0; 5]).contains("degree 0 is not within"));
+        let message = |degree, knots: &[f64]| new(degree, knots).to_string();
+        assert!(message(3, &[0., 0., 3., 3.]).contains("where 8 are needed"));
+        assert!(message(4, &[0.0; 9]).contains("at least 5 nodes, 4 are given"));
+        assert!(message(0, &[0.0; 5]).contains("degree 0 is not within"));
         assert_eq!(new(1, &[0., 0., 1., 0.5, 3., 3.]).list()[0].path, "method.knots[3]");
         // the knots 2.5 and 2.8 leave the second and third node without a function of theirs
         let fault = new(1, &[0., 0., 2.5, 2.8, 3., 3.]);

@@ -112,12 +112,12 @@ mod tests {
     #[test]
     fn refused_parameters() {
         assert_eq!(averaging(3, &[0.0, 1.0, 1.0, 2.0]).unwrap_err().list()[0].path, "nodes[2]");
-        let told = |refused: Result<Vec<f64>, Faults>| refused.unwrap_err().to_string();
+        let message = |refused: Result<Vec<f64>, Faults>| refused.unwrap_err().to_string();
         for degree in [0, 26, usize::MAX] {
-            assert!(told(averaging(degree, &[0.0, 1.0])).contains("is not within 1 to"));
-            assert!(told(not_a_knot(degree, &[0.0, 1.0])).contains("is not within 1 to"));
-            assert!(told(averaging_least_squares(degree, &[0.0, 1.0], 2)).contains("is not within 1 to"));
+            assert!(message(averaging(degree, &[0.0, 1.0])).contains("is not within 1 to"));
+            assert!(message(not_a_knot(degree, &[0.0, 1.0])).contains("is not within 1 to"));
+            assert!(message(averaging_least_squares(degree, &[0.0, 1.0], 2)).contains("is not within 1 to"));
         }
-        assert!(told(averaging(3, &[0.0, 1.0, 2.0])).contains("degree 3 needs at least 4 nodes"));
+        assert!(message(averaging(3, &[0.0, 1.0, 2.0])).contains("degree 3 needs at least 4 nodes"));
     }
 }

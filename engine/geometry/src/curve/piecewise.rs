@@ -114,10 +114,10 @@ mod tests {
     #[test]
     fn invalid_input_is_refused() {
         assert_eq!(curve(&[0.0, 1.0, 1.0], 0, &[1.0, 2.0]).unwrap_err().list()[0].path, "breaks[2]");
-        let told = |breaks: &[f64], degree, c: &[f64]| curve(breaks, degree, c).unwrap_err().to_string();
-        assert!(told(&[0.0, 1.0], 1, &[1.0]).contains("where 2 are needed"));
+        let message = |breaks: &[f64], degree, c: &[f64]| curve(breaks, degree, c).unwrap_err().to_string();
+        assert!(message(&[0.0, 1.0], 1, &[1.0]).contains("where 2 are needed"));
         assert_eq!(curve(&[0.0, 1.0], 1, &[1.0, f64::NAN]), Err(check::not_representable(1)));
-        assert!(told(&[0.0, 1.0], 26, &[0.0; 27]).contains("degree 26 is not within"));
-        assert!(told(&[0.0], 0, &[]).contains("too few"));
+        assert!(message(&[0.0, 1.0], 26, &[0.0; 27]).contains("degree 26 is not within"));
+        assert!(message(&[0.0], 0, &[]).contains("too few"));
     }
 }

@@ -244,13 +244,13 @@ mod tests {
     #[test]
     fn invalid_input_is_refused() {
         let new = |x: &[f64], y: &[f64]| Polynomial::lagrange(Dimension::Graph, x.to_vec(), graph(y)).unwrap_err();
-        let told = |x: &[f64], y: &[f64]| new(x, y).to_string();
-        assert_eq!(told(&[1.0], &[1.0]), "nodes: 1 is too few: at least 2 are needed");
-        assert_eq!(told(&[1.0, 2.0], &[1.0]), "values: 1 is given where 2 are needed");
-        assert_eq!(told(&[1.0, 2.0, 1.0], &[1.0; 3]), "nodes[2]: number 2 (1) repeats number 0");
-        assert_eq!(told(&[1.0, 2.0, 3.0], &[1.0, f64::NAN, 1.0]), "values[1]: number 1 is not finite");
-        assert_eq!(told(&[1.0, f64::INFINITY], &[1.0, 1.0]), "nodes[1]: number 1 is not finite");
-        assert_eq!(told(&[0.0; 501], &[0.0; 501]), "nodes: 501 are too many: at most 500 are possible");
+        let message = |x: &[f64], y: &[f64]| new(x, y).to_string();
+        assert_eq!(message(&[1.0], &[1.0]), "nodes: 1 is too few: at least 2 are needed");
+        assert_eq!(message(&[1.0, 2.0], &[1.0]), "values: 1 is given where 2 are needed");
+        assert_eq!(message(&[1.0, 2.0, 1.0], &[1.0; 3]), "nodes[2]: number 2 (1) repeats number 0");
+        assert_eq!(message(&[1.0, 2.0, 3.0], &[1.0, f64::NAN, 1.0]), "values[1]: number 1 is not finite");
+        assert_eq!(message(&[1.0, f64::INFINITY], &[1.0, 1.0]), "nodes[1]: number 1 is not finite");
+        assert_eq!(message(&[0.0; 501], &[0.0; 501]), "nodes: 501 are too many: at most 500 are possible");
         let hermite =
             |data: &[Vec<Vector>]| Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], data).unwrap_err().to_string();
         let fault = hermite(&[graph(&[1.0, 2.0]), graph(&[1.0, f64::NAN])]);

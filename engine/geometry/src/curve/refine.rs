@@ -201,11 +201,11 @@ mod tests {
     #[test]
     fn invalid_input_is_refused() {
         let circle = circle();
-        let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
-        assert!(told(circle.refine(&[4.5])).contains("not within the domain"));
-        assert!(told(circle.refine(&[f64::NAN])).contains("not within the domain"));
-        assert!(told(circle.refine(&[1.0, 1.0])).contains("more than degree + 1"));
-        assert!(told(circle.elevate(24)).contains("degree 26 is not within 2"));
+        let message = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
+        assert!(message(circle.refine(&[4.5])).contains("not within the domain"));
+        assert!(message(circle.refine(&[f64::NAN])).contains("not within the domain"));
+        assert!(message(circle.refine(&[1.0, 1.0])).contains("more than degree + 1"));
+        assert!(message(circle.elevate(24)).contains("degree 26 is not within 2"));
         assert!(circle.restrict(0.0, 0.0).is_err());
     }
 }

@@ -128,11 +128,11 @@ mod tests {
         let net = |n: usize| vec![Vector::zeros(); n];
         let new =
             |shape, domain, points| BezierSurface::new(shape, domain, Dimension::Space, points, None).unwrap_err();
-        let told = |shape, domain, points| new(shape, domain, points).to_string();
-        assert!(told([1, 3], UNIT, net(3)).starts_with("control_points: 1 × 3 control points: at least 2"));
+        let message = |shape, domain, points| new(shape, domain, points).to_string();
+        assert!(message([1, 3], UNIT, net(3)).starts_with("control_points: 1 × 3 control points: at least 2"));
         let narrow = [[0.0, 1.0], [2.0, 2.0]];
-        assert_eq!(told([2, 2], narrow, net(4)), "domain[1]: the domain [2, 2] has no width");
-        assert_eq!(told([2, 2], UNIT, net(3)), "control_points: 3 control points; knots and degree need 4");
-        assert!(told([40, 2], UNIT, net(80)).starts_with("control_points: degree 39 is above 25"));
+        assert_eq!(message([2, 2], narrow, net(4)), "domain[1]: the domain [2, 2] has no width");
+        assert_eq!(message([2, 2], UNIT, net(3)), "control_points: 3 control points; knots and degree need 4");
+        assert!(message([40, 2], UNIT, net(80)).starts_with("control_points: degree 39 is above 25"));
     }
 }

@@ -73,9 +73,9 @@ pub(super) fn spans(axis: usize, spans: usize, nodes: usize, degree: usize) -> F
 /// Places errors of a knot vector among those of both axes.
 pub(super) fn knots(axis: usize) -> impl Fn(Faults) -> Faults {
     move |faults| {
-        let told = faults
+        let located = faults
             .map(|Fault { path, message }| Fault { path, message: format!("knots along {}: {message}", AXES[axis]) });
-        told.within(&format!("knots[{axis}]"))
+        located.within(&format!("knots[{axis}]"))
     }
 }
 

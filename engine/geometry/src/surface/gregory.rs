@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(bad(domain, net()).to_string(), "domain[1]: the domain [1, 0] has no width");
         let mut points = net();
         points.b[1][0].y = f64::INFINITY;
-        let told = bad([[0.0, 1.0]; 2], points).to_string();
-        assert_eq!(told, "inner_points[1][0]: control point 18 is not finite");
+        let message = bad([[0.0, 1.0]; 2], points).to_string();
+        assert_eq!(message, "inner_points[1][0]: control point 18 is not finite");
     }
 }

@@ -68,7 +68,7 @@ impl LocalGeometry {
     pub fn of(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Self {
         let finite = |normal: &Vector| normal.iter().all(|x| x.is_finite());
         let differential = Differential::at_jet(surface, jet, u, v);
-        let normal = differential.map(|told| told.normal).or_else(|| normal_at(surface, jet, u, v));
+        let normal = differential.map(|found| found.normal).or_else(|| normal_at(surface, jet, u, v));
         LocalGeometry { point: jet.value, normal: normal.filter(finite), differential }
     }
 }

@@ -33,12 +33,12 @@ pub fn per_position(given: usize, positions: usize) -> String {
 }
 
 /// Message for a deviation above what is measured, µm.
-pub fn deviation_beyond(value: f64, most: f64) -> String {
+pub fn deviation_exceeds(value: f64, most: f64) -> String {
     format!("{} exceeds {} µm: check the unit", Shown(value), Shown(most))
 }
 
 /// Message for a length above what is measured, mm.
-pub fn length_beyond(value: f64, most: f64) -> String {
+pub fn length_exceeds(value: f64, most: f64) -> String {
     format!("{} exceeds {} mm: check the unit", Shown(value), Shown(most))
 }
 

@@ -8,7 +8,7 @@ use crate::{Gear, Kind, ProfileAxis, data::MOST_LENGTH, evaluation::EDGE};
 use flankfit_estimation::{FitError, Nodes};
 use flankfit_numerics::{
     cancel::Asking,
-    check::{Faults, length_beyond, not_ascending, not_finite, per_position, range as not_a_range},
+    check::{Faults, length_exceeds, not_ascending, not_finite, per_position, range as not_a_range},
     words::{Shown, entries, rounded},
 };
 
@@ -102,7 +102,7 @@ impl Trimmed {
         let evaluated = roll_range;
         let roll_range = cut(roll_range, ends, PROFILE_RANGE)?;
         let z_range = cut(settings.helix_range.unwrap_or_else(|| extent(1)), [border.toe, border.heel], HELIX_RANGE)?;
-        let warnings = beyond_face(gear, extent(1)).into_iter().collect();
+        let warnings = outside_face(gear, extent(1)).into_iter().collect();
         let (covered, kept) = ([true; 2], Vec::new());
         let mut trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, covered, warnings, kept, outward };
         let sign = settings.given.to_material(Kind::Profile, settings.side);
@@ -192,7 +192,7 @@ fn extent_of(places: impl Iterator<Item = f64>) -> [f64; 2] {
 const OVERRUN: f64 = 0.05;
 
 /// Whether nodes reach farther than the face of the gear.
-fn beyond_face(gear: &Gear, [low, high]: [f64; 2]) -> Option<SurfaceWarning> {
+fn outside_face(gear: &Gear, [low, high]: [f64; 2]) -> Option<SurfaceWarning> {
     let face_width = gear.data().face_width?;
     let span = high - low;
     (span > (1.0 + OVERRUN) * face_width)
@@ -266,7 +266,7 @@ fn check(nodes: &FlankNodes, border: &Border) -> Result<(), Faults> {
     for (index, &z) in nodes.z.iter().enumerate() {
         match z.abs() {
             size if size <= MOST_LENGTH => {}
-            size if size.is_finite() => faults.push(format_args!("z_mm[{index}]"), length_beyond(z, MOST_LENGTH)),
+            size if size.is_finite() => faults.push(format_args!("z_mm[{index}]"), length_exceeds(z, MOST_LENGTH)),
             _ => faults.push(format_args!("z_mm[{index}]"), not_finite()),
         }
     }

@@ -14,7 +14,7 @@ pub(super) fn boxes(rectangle: &Rectangle<'_>, level: u32, knots: &[Knot]) -> Ve
         };
         [corner(u32::min, u32::MAX), corner(u32::max, 0)]
     };
-    let mut all = apart(knots.iter().map(around).collect());
+    let mut all = joined(knots.iter().map(around).collect());
     loop {
         let mut grown = false;
         for own in &mut all {
@@ -23,12 +23,12 @@ pub(super) fn boxes(rectangle: &Rectangle<'_>, level: u32, knots: &[Knot]) -> Ve
         if !grown {
             return all;
         }
-        all = apart(all);
+        all = joined(all);
     }
 }
 
 /// Joins rectangles that meet.
-fn apart(boxes: Vec<Block>) -> Vec<Block> {
+fn joined(boxes: Vec<Block>) -> Vec<Block> {
     let meets = |a: &Block, b: &Block| {
         a[0].0 <= b[1].0 + 1 && b[0].0 <= a[1].0 + 1 && a[0].1 <= b[1].1 + 1 && b[0].1 <= a[1].1 + 1
     };
