@@ -191,7 +191,7 @@ pub async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Resul
 }
 
 /// The store that the URL names, also while a server has it open.
-pub async fn open_beside(url: &str, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
+pub async fn open_shared(url: &str, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
     if PostgresSettings::takes(url) {
         let mut settings = PostgresSettings::of_url(url)?;
         settings.migrate = Migrate::Check;

@@ -305,7 +305,7 @@ fn errors_in_a_file_name_the_file() {
         write("request.json", r#"{"nodes":{"type":"curve","x":[1,2],"y":[1,"a"]},"model":{"type":"linear"}}"#);
     let curves = write("curves.mka", "HEADER");
     let gear = write("gear.json", r#"{"teeth":0}"#);
-    for (arguments, told) in [
+    for (arguments, parts) in [
         (&["fit", &table][..], &["nodes.csv: 1 cell is not a finite number", "line 2, column 3"][..]),
         (&["fit", &request], &["request.json: nodes.y.1: expected a number"]),
         (&["evaluate", &curves, "--gear", &gear], &["gear.json: teeth: ", "gear.json: normal_module_mm: required"]),
@@ -316,7 +316,7 @@ fn errors_in_a_file_name_the_file() {
         let run = run.unwrap();
         let said = String::from_utf8(run.stderr).unwrap();
         assert!(!run.status.success() && run.stdout.is_empty(), "{arguments:?}: {said}");
-        assert!(told.iter().all(|part| said.contains(part)) && !said.contains('{'), "{arguments:?}: {said}");
+        assert!(parts.iter().all(|part| said.contains(part)) && !said.contains('{'), "{arguments:?}: {said}");
     }
 }
 

@@ -64,7 +64,7 @@ impl SealKeeper {
 
     /// Never ends.
     pub async fn run(&self, service: &JobService) {
-        tokio::join!(self.seal(service), self.tell_age());
+        tokio::join!(self.seal(service), self.report_age());
     }
 
     async fn seal(&self, service: &JobService) {
@@ -122,7 +122,7 @@ impl SealKeeper {
         unwritten.is_empty()
     }
 
-    async fn tell_age(&self) {
+    async fn report_age(&self) {
         telemetry::record_seal_interval(self.every);
         loop {
             let age = self.sealed().elapsed();

@@ -66,13 +66,13 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
     };
     let mut out = out();
     // if nobody reads the output, the exit code still reports the result
-    let told = tell(&mut out, &verdict, &spoilt);
+    let told = print_verdict(&mut out, &verdict, &spoilt);
     let is_intact = verdict.differences.is_empty() && spoilt.is_empty();
     let _left = told.and_then(|()| out.flush());
     if is_intact { ExitCode::SUCCESS } else { ExitCode::from(BROKEN) }
 }
 
-fn tell(out: &mut impl Write, verdict: &Verdict, spoilt: &[String]) -> io::Result<()> {
+fn print_verdict(out: &mut impl Write, verdict: &Verdict, spoilt: &[String]) -> io::Result<()> {
     let Verdict { jobs, entries, unsealed, seals, differences } = verdict;
     match (verdict.is_empty(), differences.is_empty() && spoilt.is_empty()) {
         (true, true) => writeln!(

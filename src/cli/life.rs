@@ -18,7 +18,7 @@ use uuid::Uuid;
 use super::{CommandError, called, out::out, progress, runtime};
 use crate::{
     api::jobs::carried,
-    app::{open_beside, open_holdings},
+    app::{open_holdings, open_shared},
     config::within,
     jobs::{
         Caller, JobService, OrderedIds, SystemClock, actor,
@@ -166,7 +166,7 @@ async fn store(from: impl io::BufRead, to: &dyn Holdings, file: &Path) -> Result
 pub fn purge(arguments: &PurgeArguments) -> Result<(), CommandError> {
     let purged = runtime()?.block_on(async {
         let ids = Arc::new(OrderedIds::new());
-        let store = open_beside(&arguments.database_url, ids.clone()).await?;
+        let store = open_shared(&arguments.database_url, ids.clone()).await?;
         let service = JobService::new(store.clone(), Arc::new(SystemClock), ids);
         let purged = purge_old(&service, arguments.older_than).await;
         store.close().await;

@@ -79,7 +79,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let arguments = match arguments() {
         Ok(arguments) => arguments,
-        Err(refused) => return refused.tell(),
+        Err(refused) => return refused.print(),
     };
     let command = arguments.command.unwrap_or_else(|| Command::Serve(Box::new(arguments.serve)));
     let outcome = match command {

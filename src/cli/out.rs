@@ -24,7 +24,7 @@ pub fn reader_left(error: &(dyn Error + 'static)) -> bool {
     inner.is_some_and(|inner| inner.is::<ReaderLeft>()) || error.source().is_some_and(reader_left)
 }
 
-fn told(error: io::Error) -> io::Error {
+fn to_reader_left(error: io::Error) -> io::Error {
     match error.kind() {
         io::ErrorKind::BrokenPipe => io::Error::new(io::ErrorKind::BrokenPipe, ReaderLeft),
         _ => error,
@@ -33,10 +33,10 @@ fn told(error: io::Error) -> io::Error {
 
 impl Write for Out {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes).map_err(told)
+        self.0.write(bytes).map_err(to_reader_left)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.0.flush().map_err(told)
+        self.0.flush().map_err(to_reader_left)
     }
 }

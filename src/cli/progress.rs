@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nobody_knows_how_far_it_is_time_is_shown() {
+    fn unknown_progress_shows_the_elapsed_time() {
         let (screen, (over, ended)) = (Screen::default(), channel());
         // the first that is drawn may come late
         let tells_time = |text: &str| text.as_bytes().windows(2).any(|two| two[0].is_ascii_digit() && two[1] == b's');

@@ -40,7 +40,7 @@ pub enum Refused {
 
 impl Refused {
     /// Prints it and returns the exit code.
-    pub fn tell(self) -> ExitCode {
+    pub fn print(self) -> ExitCode {
         match self {
             Refused::Said(error) => {
                 // nobody may listen any more

@@ -116,7 +116,7 @@ pub struct KeptBeside {
 }
 
 impl EncodedResult {
-    pub fn kept_beside(&self) -> &KeptBeside {
+    pub fn kept_parts(&self) -> &KeptBeside {
         &self.beside
     }
 }
@@ -231,10 +231,10 @@ mod tests {
     fn coefficients_and_prior_of_long_results_are_kept_with_them() {
         let result = |padding| format!(r#"{{"coefficients":[{}],"prior":{{"of":1}}}}"#, "1,".repeat(padding) + "2");
         let short = EncodedResult::from(result(10_000));
-        assert!(short.len() > LONG && *short.kept_beside() == KeptBeside::default());
+        assert!(short.len() > LONG && *short.kept_parts() == KeptBeside::default());
         let long = EncodedResult::from(result(READ_AT_ONCE / 2));
         let Told { coefficients, prior } = Told::of(&long);
-        let kept = long.kept_beside();
+        let kept = long.kept_parts();
         assert_eq!((kept.coefficients.as_deref(), kept.prior.as_deref()), (coefficients, prior));
         assert!(coefficients.is_some() && prior == Some(r#"{"of":1}"#));
     }

@@ -14,7 +14,7 @@ impl JobService {
     pub(super) fn announce(&self, job: &Owned) {
         self.notifier.notify(job);
         if let Some(wakes) = &self.wakes {
-            wakes.tell(Wake::Job(job.clone()));
+            wakes.send(Wake::Job(job.clone()));
         }
     }
 
@@ -22,7 +22,7 @@ impl JobService {
     pub(super) fn announce_stream_end(&self) {
         self.cache.announce_end();
         if let Some(wakes) = &self.wakes {
-            wakes.tell(Wake::StreamEnd);
+            wakes.send(Wake::StreamEnd);
         }
     }
 
@@ -30,7 +30,7 @@ impl JobService {
     pub(super) fn announce_keys(&self) {
         self.keys_changed();
         if let Some(wakes) = &self.wakes {
-            wakes.tell(Wake::Keys);
+            wakes.send(Wake::Keys);
         }
     }
 

@@ -41,8 +41,8 @@ pub trait Store: Upkeep {
 
 /// How processes that use one store wake each other.
 pub trait Wakes: Send + Sync + 'static {
-    /// Tells the others, soon and without waiting.
-    fn tell(&self, wake: Wake);
+    /// Sends to the others, soon and without waiting.
+    fn send(&self, wake: Wake);
 
     /// Sends messages to the others, and passes theirs to `ring`, until it is dropped.
     fn pass_on<'a>(&'a self, ring: &'a (dyn Fn(Wake) + Send + Sync)) -> Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
@@ -60,7 +60,7 @@ pub trait Upkeep: Send + Sync + 'static {
     /// Forgets in which order the events of all jobs were stored before a time, the oldest first,
     /// at most so many; returns how many. Now and then it notes how far they have come at `now`,
     /// by which it is known later.
-    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
+    fn forget_event_order(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
     /// Links the entries of every tenant that are not sealed, and seals them; `None` if another
     /// process is doing so.
@@ -144,7 +144,7 @@ macro_rules! repository_operations {
                 /// A place behind all that has happened, and before all that will.
                 GetLastPlace = last_place() -> EventPlace;
                 /// Whether nothing that happened after a place was forgotten.
-                TellsAllAfter = tells_all_after(place: EventPlace) -> bool;
+                HasAllAfter = has_all_after(place: EventPlace) -> bool;
 
                 /// Entries of a job, or of the tenant, in the order of their ids.
                 GetAudit = audit(job: Option<Uuid>, page: PageRequest) -> Page<ListedEntry>;

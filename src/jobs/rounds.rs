@@ -84,7 +84,7 @@ impl Rounds {
     }
 
     /// The newest iteration of the other flank than that of `measurand`.
-    pub fn newest_beside(&self, measurand: &Measurand) -> Option<&MeasuredIteration> {
+    pub fn newest_of_other_flank(&self, measurand: &Measurand) -> Option<&MeasuredIteration> {
         let other = match measurand.flank? {
             Side::Left => Side::Right,
             Side::Right => Side::Left,
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!((rounds.made_between(4, None), rounds.made_between(5, None)), (Some(&first), None));
         assert_eq!((rounds.made_between(1, Some(4)), rounds.made_between(9, None)), (None, None));
         let left = &rounds.iterations[1].measurand;
-        assert_eq!(rounds.newest_beside(left).map(|one| one.number), Some(7));
-        assert_eq!(rounds.newest_beside(&Measurand::default()), None);
+        assert_eq!(rounds.newest_of_other_flank(left).map(|one| one.number), Some(7));
+        assert_eq!(rounds.newest_of_other_flank(&Measurand::default()), None);
     }
 }

@@ -49,7 +49,7 @@ impl JobService {
     /// Forgets the common order of events that are older than any listener goes on from.
     pub async fn forget_old_events(&self) -> Result<(), RepositoryError> {
         let now = self.now();
-        while self.store.forget_told(now, now - EVENTS_TOLD, AT_A_TIME).await? == u64::from(AT_A_TIME) {
+        while self.store.forget_event_order(now, now - EVENTS_TOLD, AT_A_TIME).await? == u64::from(AT_A_TIME) {
             // others write meanwhile
             tokio::time::sleep(BETWEEN).await;
         }

@@ -72,7 +72,7 @@ async fn until_idle(pool: &WorkPool) {
 }
 
 #[tokio::test]
-async fn work_that_nobody_waits_for_any_more_ends() {
+async fn abandoned_work_is_cancelled() {
     let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     {

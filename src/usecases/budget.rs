@@ -91,7 +91,7 @@ impl Permit {
 
     /// Takes more for a request that holds something else too; refuses for good what would never
     /// fit together with that.
-    pub fn grow_beside(&mut self, other: &Permit, more: usize) -> Result<(), Problem> {
+    pub fn grow_with(&mut self, other: &Permit, more: usize) -> Result<(), Problem> {
         self.check_total(more.saturating_add(other.bytes))?;
         self.grow(more)
     }

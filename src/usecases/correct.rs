@@ -56,7 +56,7 @@ pub struct Basis {
 pub async fn basis_of_iteration(context: Context<'_>, job: Uuid, number: u32) -> Result<Basis, Problem> {
     let own = measured(context, job, number).await?;
     let rounds = context.jobs.rounds(job).await?;
-    let other = match rounds.newest_beside(&own.measurand).map(|one| one.number) {
+    let other = match rounds.newest_of_other_flank(&own.measurand).map(|one| one.number) {
         Some(newest) => Some(measured(context, job, newest).await?),
         None => None,
     };

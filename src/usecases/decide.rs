@@ -48,7 +48,7 @@ pub async fn update(
     }
     let accepts = decision == Some(Decision::Accepted);
     let job = context.jobs.job(job_id).await?;
-    let standing = standing(context, &iteration).await?;
+    let standing = chosen_fit(context, &iteration).await?;
     let limits = accepts && acceptance::has_limits(&job);
     let mut measurand = iteration.measurand.clone();
     let mut computed = None;
@@ -100,7 +100,7 @@ pub async fn counted(
     iteration: &Iteration,
     nodes: Nodes,
 ) -> Result<(Nodes, ChosenFigures), Problem> {
-    let FitSummary { id, flank, .. } = standing(context, iteration).await?;
+    let FitSummary { id, flank, .. } = chosen_fit(context, iteration).await?;
     let spec = context.jobs.fit(iteration.job_id, iteration.number, id).await?.spec;
     let work = move || {
         let spec = reader::read_stored(&spec).map_err(Problem::internal)?;
@@ -114,7 +114,7 @@ pub async fn counted(
 }
 
 /// Returns the chosen fit of an iteration.
-async fn standing(context: Context<'_>, iteration: &Iteration) -> Result<FitSummary, Problem> {
+async fn chosen_fit(context: Context<'_>, iteration: &Iteration) -> Result<FitSummary, Problem> {
     let after = Some(Cursor::after_number(u64::from(iteration.number) - 1)).filter(|_| iteration.number > 1);
     let page = context.jobs.iterations(iteration.job_id, PageRequest { limit: 1, after }).await?;
     let found = page.items.into_iter().find(|listed| listed.number == iteration.number);

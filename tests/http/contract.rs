@@ -95,17 +95,17 @@ fn no_two_schemas_are_declared_by_one_name() {
 fn everything_is_described() {
     let document = document();
     let schemas = document["components"]["schemas"].as_object().unwrap();
-    let told = |value: &Value| value["description"].as_str().is_some_and(|text| text.len() > 2);
+    let described = |value: &Value| value["description"].as_str().is_some_and(|text| text.len() > 2);
     let mut silent = Vec::new();
     for (name, schema) in schemas {
-        if !told(schema) {
+        if !described(schema) {
             silent.push(name.clone());
         }
         walk(schema, name, &mut |at, value| {
             if at.ends_with("/properties") {
                 for (property, value) in value.as_object().unwrap() {
                     let named = value["$ref"].as_str().and_then(|at| schemas.get(at.rsplit('/').next().unwrap()));
-                    if !told(value) && !named.is_some_and(told) {
+                    if !described(value) && !named.is_some_and(described) {
                         silent.push(format!("{at}/{property}"));
                     }
                 }
@@ -114,10 +114,12 @@ fn everything_is_described() {
     }
     for (path, method, operation) in operations(&document) {
         let place = format!("{method} {path}");
-        if !told(operation) || operation["description"] == operation["summary"] {
+        if !described(operation) || operation["description"] == operation["summary"] {
             silent.push(place.clone());
         }
-        for parameter in operation["parameters"].as_array().into_iter().flatten().filter(|parameter| !told(parameter)) {
+        for parameter in
+            operation["parameters"].as_array().into_iter().flatten().filter(|parameter| !described(parameter))
+        {
             silent.push(format!("{place} {}", parameter["name"]));
         }
     }

@@ -79,7 +79,7 @@ async fn an_undetermined_scale_is_omitted() {
 }
 
 #[tokio::test]
-async fn heights_of_0_have_no_relative_error_and_the_answer_says_so() {
+async fn heights_of_0_have_no_relative_error_with_a_warning() {
     let app = TestApp::start().await;
     let x = [0.0, 1.0, 2.0, 3.0];
     let uncertain = json!({"node_uncertainty": {"position": 0.01, "height": 0.01}});

@@ -63,7 +63,7 @@ impl Operation {
 
 /// The first details of a 422 with their pointers.
 #[track_caller]
-fn told(answer: &Answer) -> Vec<(String, String)> {
+fn details(answer: &Answer) -> Vec<(String, String)> {
     let body = answer.problem(422, "invalid_request");
     let text = |value: &Value| value.as_str().unwrap().to_owned();
     body["errors"].as_array().unwrap().iter().map(|e| (text(&e["pointer"]), text(&e["detail"]))).collect()
@@ -111,13 +111,13 @@ async fn query_parameters_are_known_and_occur_once() {
     for operation in Operation::all() {
         let known = operation.parameters("query");
         let answer = send(operation.request(&app, "?no_such=1&other%2Fone")).await;
-        let [(first, detail), (second, _)] = &told(&answer)[..] else { panic!("{}: {}", operation.id, answer.text) };
+        let [(first, detail), (second, _)] = &details(&answer)[..] else { panic!("{}: {}", operation.id, answer.text) };
         assert_eq!((first.as_str(), second.as_str()), ("/no_such", "/other~1one"), "{}", operation.id);
         assert!(known.iter().all(|name| detail.contains(&format!("`{name}`"))), "{}: {detail}", operation.id);
         assert_eq!(detail.contains("has none"), known.is_empty(), "{}: {detail}", operation.id);
         for name in known {
             let answer = send(operation.request(&app, &format!("?{name}=1&{name}=1"))).await;
-            assert_eq!(told(&answer)[0].0, format!("/{name}"), "{}", operation.id);
+            assert_eq!(details(&answer)[0].0, format!("/{name}"), "{}", operation.id);
             let answer = send(operation.request(&app, &format!("?{name}=1"))).await;
             assert!(
                 !answer.text.contains("no such query parameter") && !answer.text.contains("twice"),
@@ -287,9 +287,9 @@ async fn cursors_belong_to_their_list() {
                 assert_eq!(answer.status, 200, "{}", answer.text);
                 continue;
             }
-            let told = told(&answer);
-            assert_eq!(told[0].0, "/cursor");
-            assert!(told[0].1.contains(items) && told[0].1.contains(wanted), "{}", told[0].1);
+            let details = details(&answer);
+            assert_eq!(details[0].0, "/cursor");
+            assert!(details[0].1.contains(items) && details[0].1.contains(wanted), "{}", details[0].1);
         }
     }
     app.stop().await;

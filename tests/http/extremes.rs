@@ -142,7 +142,7 @@ async fn an_envelope_of_a_gear_that_spins() {
 /// A client that takes no encoding, not even none, gets its answer as it is: the work is done, and
 /// what was stored is stored.
 #[tokio::test]
-async fn encodings_that_nobody_takes() {
+async fn unsupported_encodings_get_a_plain_response() {
     let app = TestApp::start().await;
     for wanted in ["identity;q=0", "*;q=0", "gzip;q=0, identity; q=0", "br", "", "identity;q=0, br", "gzip;q=x"] {
         let fitted = send(app.post("/v1/fits", crate::harness::CURVE).header("accept-encoding", wanted)).await;

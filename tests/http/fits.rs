@@ -101,8 +101,8 @@ async fn correlated_residuals_are_warned_of() {
     };
     let smooth = x.iter().map(|x| 0.3 * x + (0.4 * x).sin()).collect();
     let body = app.fit(&request(smooth)).await.json();
-    let told = body["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "correlated_residuals").unwrap();
-    assert!(told["message"].as_str().unwrap().contains("along order"), "{told}");
+    let warning = body["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "correlated_residuals").unwrap();
+    assert!(warning["message"].as_str().unwrap().contains("along order"), "{warning}");
     // of so many nodes the probability is less than any double
     let of_many: Vec<f64> = (0..6000).map(f64::from).collect();
     let y: Vec<f64> = of_many.iter().map(|x| (0.01 * x).sin()).collect();

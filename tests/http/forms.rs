@@ -47,8 +47,8 @@ async fn bad_cells_have_line_and_column() {
     // what is no number in JSON is none in a table
     let json = r#"{"nodes":{"type":"curve","x":[0,1],"y":[1,NaN]},"model":{"type":"polynomial","degree":1}}"#;
     for answer in [post_table(&app, "x,y\n0,1\n1,NaN\n").await, app.fit(json).await] {
-        let told = answer.problem(400, "malformed_body");
-        assert!(told["detail"].as_str().unwrap().contains("NaN and Infinity"), "{told}");
+        let problem = answer.problem(400, "malformed_body");
+        assert!(problem["detail"].as_str().unwrap().contains("NaN and Infinity"), "{problem}");
     }
     assert_eq!(post_table(&app, "roll length,b,c\n1,2,3\n").await.pointers(), ["/nodes"]);
     assert_eq!(post_table(&app, "").await.pointers(), ["/nodes"]);
@@ -133,7 +133,7 @@ async fn a_table_may_have_any_media_type_and_character_set() {
 
 /// Decimal commas between commas are distinguished only by quotes or another separator.
 #[tokio::test]
-async fn a_mapping_says_how_a_table_is_to_be_read() {
+async fn a_mapping_determines_how_a_table_is_read() {
     let app = TestApp::start().await;
     let form = |mapping: &str| {
         Form::new()

@@ -171,8 +171,8 @@ async fn covariances_are_of_600_coefficients_at_most() {
     let refused = app.fit(&request(24)).await;
     refused.problem(422, "invalid_request");
     assert_eq!(refused.pointers(), ["/model/degree"]);
-    let told = "a fit has at most 600 coefficients, this model has 625: use fewer";
-    assert!(refused.text.contains(told), "{}", refused.text);
+    let message = "a fit has at most 600 coefficients, this model has 625: use fewer";
+    assert!(refused.text.contains(message), "{}", refused.text);
 }
 
 #[tokio::test]
@@ -208,7 +208,7 @@ async fn rows_of_a_linear_model_are_predicted() {
 }
 
 #[tokio::test]
-async fn where_the_norm_limit_comes_from_is_said() {
+async fn the_source_of_the_norm_limit_is_reported() {
     let app = TestApp::start().await;
     let mut request = example();
     let body = app.fit(&request.to_string()).await.json();

@@ -341,9 +341,9 @@ async fn checks_are_answered_while_every_connection_is_at_work() {
     for _ in 0..12 {
         let mut stream = TcpStream::connect(app.address).await.unwrap();
         stream.write_all(b"GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n").await.unwrap();
-        let mut told = Vec::new();
-        while !told.ends_with(b"retry: 2000\n\n\r\n") {
-            assert_ne!(stream.read_buf(&mut told).await.unwrap(), 0, "{}", String::from_utf8_lossy(&told));
+        let mut received = Vec::new();
+        while !received.ends_with(b"retry: 2000\n\n\r\n") {
+            assert_ne!(stream.read_buf(&mut received).await.unwrap(), 0, "{}", String::from_utf8_lossy(&received));
         }
         listening.push(stream);
     }

@@ -142,8 +142,8 @@ async fn five_iterations_and_a_correction() {
     assert_eq!(uncorrected["result"]["prior"]["corrections"], json!([]));
     // the story of the job names the fits and corrections that the fit used
     let trace = send(app.get(&format!("{job}/trace"))).await.json();
-    let told = &trace["iterations"][5]["fits"][0];
-    assert_eq!(told["prior"], *prior);
+    let traced = &trace["iterations"][5]["fits"][0];
+    assert_eq!(traced["prior"], *prior);
     assert_eq!(trace["iterations"][1]["fits"][0].get("prior"), None);
 }
 
@@ -294,7 +294,7 @@ async fn a_prior_that_is_posted() {
 }
 
 /// Moves of 0.1 nm: between two iterations there is next to nothing but the correction.
-fn standing_still() -> Value {
+fn negligible_moves() -> Value {
     json!({"iterations": "previous", "move": [1e-7, 1e-7, 1e-7]})
 }
 
@@ -311,7 +311,7 @@ async fn a_prior_uses_the_entered_changes() {
         measure(&app, &job, &flank(2, BEFORE, None)).await;
         let record = correct(&app, &job, 2).await;
         let applied = format!("{job}/iterations/2/correction/applied");
-        let mut next = flank(3, half, Some(standing_still()));
+        let mut next = flank(3, half, Some(negligible_moves()));
         if with_measurement {
             next["applied"] = entry.clone();
         } else {
@@ -336,7 +336,7 @@ async fn a_prior_uses_the_entered_changes() {
         assert_eq!(send(app.post(&applied, later.to_string())).await.status, 201);
         assert_eq!(replayed(&app, &job, 3, fit).await, json!({"identical": true}));
         // by the full changes the nodes contradict what was known
-        let full = refit(&app, &job, 3, standing_still()).await.json();
+        let full = refit(&app, &job, 3, negligible_moves()).await.json();
         assert_eq!(full["result"]["prior"]["corrections"][0]["entered"], json!([-8.0, 6.0]));
         assert_eq!(full["result"]["prior"]["conflict"]["dropped"], true, "{full}");
     }

@@ -64,8 +64,8 @@ impl Upkeep for Watched {
         self.store.forget_answers(before, most)
     }
 
-    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
-        self.store.forget_told(now, before, most)
+    fn forget_event_order(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.store.forget_event_order(now, before, most)
     }
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Sealed>> {
@@ -204,10 +204,10 @@ async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready
 
 /// In words that name nothing of the database.
 #[tokio::test]
-async fn it_is_said_why_nothing_can_be_stored() {
+async fn readiness_explains_why_nothing_can_be_stored() {
     let server = Server::start().await;
     // what the store has said is believed for a second
-    let told = async |why: &str| {
+    let until_reported = async |why: &str| {
         let begun = Instant::now();
         loop {
             let answer = send(server.get("/readyz")).await;
@@ -216,7 +216,7 @@ async fn it_is_said_why_nothing_can_be_stored() {
                 assert!(!detail.contains("canary") && !detail.contains("4711"), "{detail}");
                 return;
             }
-            assert!(begun.elapsed() < Duration::from_secs(60), "{why} is not told: {}", answer.text);
+            assert!(begun.elapsed() < Duration::from_secs(60), "{why} is not reported: {}", answer.text);
             sleep(Duration::from_millis(50)).await;
         }
     };
@@ -229,13 +229,13 @@ async fn it_is_said_why_nothing_can_be_stored() {
         (Unfit::Clock(SignedDuration::from_secs(4711)), "clocks of this server and of the database"),
     ] {
         *server.store.unfit.lock().unwrap() = Some(unfit);
-        told(why).await;
+        until_reported(why).await;
     }
     *server.store.unfit.lock().unwrap() = None;
     server.store.is_full.store(true, SeqCst);
-    told("accepts no writes").await;
+    until_reported("accepts no writes").await;
     server.store.is_silent.store(true, SeqCst);
-    told("does not respond").await;
+    until_reported("does not respond").await;
 }
 
 /// Metrics report on the store although nobody requests readiness.

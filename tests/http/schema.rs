@@ -35,8 +35,8 @@ impl Schemas<'_> {
     fn check(&self, schema: &Value, value: &Value, at: &str, faults: &mut Vec<String>) {
         let schema = schema.as_object().unwrap_or_else(|| panic!("{at}: a schema is an object"));
         for (keyword, wanted) in schema {
-            if let Some(told) = self.keyword(keyword, wanted, schema, value, at, faults) {
-                faults.push(format!("{at}: {told}"));
+            if let Some(error) = self.keyword(keyword, wanted, schema, value, at, faults) {
+                faults.push(format!("{at}: {error}"));
             }
         }
     }
@@ -104,10 +104,10 @@ impl Schemas<'_> {
             }
             "oneOf" => {
                 let alternatives = wanted.as_array().unwrap();
-                let told: Vec<Vec<String>> =
+                let each: Vec<Vec<String>> =
                     alternatives.iter().map(|alternative| self.faults(alternative, value)).collect();
-                let fit = told.iter().filter(|faults| faults.is_empty()).count();
-                return (fit != 1).then(|| format!("{fit} of {} alternatives fit: {told:?}", alternatives.len()));
+                let fit = each.iter().filter(|faults| faults.is_empty()).count();
+                return (fit != 1).then(|| format!("{fit} of {} alternatives fit: {each:?}", alternatives.len()));
             }
             "allOf" => {
                 wanted.as_array().unwrap().iter().for_each(|part| self.check(part, value, at, faults));

@@ -65,13 +65,13 @@ async fn selected_terms_are_named_and_can_be_requested() {
         assert_eq!(chosen.get("lambda").is_some(), alpha.is_some());
         // the same terms, given
         let powers: Vec<&Value> = list(&body["coefficients"]).iter().map(|c| &c["powers"]).collect();
-        let mut told = request.clone();
-        told["model"]["terms"] = json!(powers);
-        told.as_object_mut().unwrap().remove("select");
-        let answer = app.fit(&told.to_string()).await.json();
+        let mut listed = request.clone();
+        listed["model"]["terms"] = json!(powers);
+        listed.as_object_mut().unwrap().remove("select");
+        let answer = app.fit(&listed.to_string()).await.json();
         assert!(answer.get("selection").is_none() && !codes(&answer).contains("post_selection"));
         assert_eq!(answer["coefficients"], body["coefficients"]);
-        assert_eq!(answer["spec"]["model"]["terms"], told["model"]["terms"]);
+        assert_eq!(answer["spec"]["model"]["terms"], listed["model"]["terms"]);
     }
 }
 

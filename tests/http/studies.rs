@@ -151,7 +151,7 @@ async fn each_number_out_of_range_is_reported_once_with_its_pointer() {
 }
 
 #[tokio::test]
-async fn without_noise_there_is_no_optimum_and_the_answer_says_why() {
+async fn without_noise_there_is_no_optimum_with_a_warning() {
     let app = TestApp::start().await;
     let mut request = small();
     request["noise_sigma"] = json!(0);

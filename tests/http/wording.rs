@@ -60,8 +60,8 @@ async fn tiny_and_huge_numbers_are_written_with_an_exponent() {
         ["expected a number from 0.001 to 1000000, found -1e300"]
     );
     let huge = format!(r#"{{{curve},"model":{{"type":"polynomial","degree":18446744073709551615}}}}"#);
-    let told = "a fit has at most 600 coefficients, this model has more: use fewer";
-    assert_eq!(details(&app.fit(&huge).await), [told]);
+    let message = "a fit has at most 600 coefficients, this model has more: use fewer";
+    assert_eq!(details(&app.fit(&huge).await), [message]);
 }
 
 #[tokio::test]
@@ -96,10 +96,10 @@ async fn the_detail_alone_identifies_the_error() {
     assert_eq!(answer["detail"], "/name: expected a string of 1 to 200 characters, found 0 characters.");
     let gear = r#"{"gear":{"teeth":20,"normal_module_mm":1,"helix_angel_deg":1},"class":12}"#;
     let answer = send(app.post("/v1/gears/tolerances", gear)).await.problem(422, "invalid_request");
-    let told = answer["detail"].as_str().unwrap();
+    let detail = answer["detail"].as_str().unwrap();
     assert!(
-        told.starts_with("/gear/helix_angel_deg: there is no such field; did you mean `helix_angle_deg`?"),
-        "{told}"
+        detail.starts_with("/gear/helix_angel_deg: there is no such field; did you mean `helix_angle_deg`?"),
+        "{detail}"
     );
     let answer = send(app.get("/v1/jobs?limt=3")).await.problem(422, "invalid_request");
     assert_eq!(
@@ -156,8 +156,8 @@ async fn invalid_lists_of_lines_have_distinct_errors() {
         details(&app.fit(&fit(json!([1, 1, 1, 1]))).await),
         ["the counted nodes lie in fewer than two lines: cross-validation needs at least two"]
     );
-    let told = "expected a whole number from -9223372036854775808 to 9223372036854775807, found 9223372036854775808";
-    assert_eq!(details(&app.fit(&fit(json!([1u64 << 63, 1, 2, 3]))).await), [told]);
+    let message = "expected a whole number from -9223372036854775808 to 9223372036854775807, found 9223372036854775808";
+    assert_eq!(details(&app.fit(&fit(json!([1u64 << 63, 1, 2, 3]))).await), [message]);
 }
 
 /// Too many coefficients are too many spans where spans were sent.

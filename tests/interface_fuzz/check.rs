@@ -55,7 +55,7 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
     }
     // with a repeated field a pointer may mean either; long bodies have their first error alone,
     // which need not be that one
-    let json = request.json.as_ref().filter(|json| !stands_twice(json));
+    let json = request.json.as_ref().filter(|json| !has_repeated_field(json));
     let sent = json.and_then(|json| serde_json::from_slice::<Value>(json).ok());
     let parameters: Vec<&str> = operation.into_iter().flat_map(|o| &o.parameters).map(|p| p.name.as_str()).collect();
     for error in errors.into_iter().flatten() {
@@ -72,7 +72,7 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
         let first = pointer.split('/').nth(1).unwrap_or_default();
         let of_query = parameters.contains(&first) || request.target.contains('?');
         if let Some(sent) = sent.as_ref().filter(|_| !of_query && answer.status == 422)
-            && !stands(sent, pointer)
+            && !is_in_request(sent, pointer)
         {
             findings.push(("pointer", format!("`{pointer}` does not stand in the request: {detail}")));
         }
@@ -80,7 +80,7 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
 }
 
 /// True if an object of a JSON text has a field twice.
-fn stands_twice(json: &[u8]) -> bool {
+fn has_repeated_field(json: &[u8]) -> bool {
     serde_json::from_slice::<Once>(json).is_err_and(|error| error.is_data())
 }
 
@@ -143,7 +143,7 @@ impl<'de> Visitor<'de> for Once {
 
 /// True if a pointer names a place of the request, or a field that an object of it lacks (or one
 /// within that).
-fn stands(sent: &Value, pointer: &str) -> bool {
+fn is_in_request(sent: &Value, pointer: &str) -> bool {
     let mut end = pointer.len();
     loop {
         if let Some(found) = sent.pointer(&pointer[..end]) {

@@ -140,7 +140,7 @@ fn compress(bytes: &mut Vec<u8>, headers: &mut Vec<(String, Vec<u8>)>, json: &mu
         bomb.extend_from_slice(bytes);
         *bytes = bomb;
     }
-    let told = match rng.below(10) {
+    let encoding = match rng.below(10) {
         0..5 => {
             *bytes = if name == "gzip" { gzip(bytes) } else { zstd_of(bytes) };
             name
@@ -163,7 +163,7 @@ fn compress(bytes: &mut Vec<u8>, headers: &mut Vec<(String, Vec<u8>)>, json: &mu
         }
         _ => rng.one(["gzip", "zstd", "br", "identity", "GZIP", "gzip,gzip,gzip,gzip", "", "deflate"]),
     };
-    headers.push(("content-encoding".into(), told.as_bytes().to_vec()));
+    headers.push(("content-encoding".into(), encoding.as_bytes().to_vec()));
 }
 
 fn header(name: &str, stored: &Stored, rng: &mut Rng) -> Vec<u8> {

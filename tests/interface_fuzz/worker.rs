@@ -118,7 +118,7 @@ impl Batch {
                 self.stored.learn(&request.target, answer.tag.as_deref(), &body);
             }
         }
-        for panic in PANICS.lock().expect("no panic while panics are told").drain(..) {
+        for panic in PANICS.lock().expect("no panic while panics are reported").drain(..) {
             findings.push(("panic", panic));
         }
         // a machine that does other things may stop the clock of none, but not that of the
@@ -173,7 +173,7 @@ pub fn run(options: &Options, first: u64, step: u64) -> ExitCode {
     let stage = Stage::new(options.only.as_deref());
     let start = Instant::now();
     let mut out = std::io::stdout().lock();
-    let mut tell = |line: String| {
+    let mut report = |line: String| {
         // a parent that has gone away needs no news
         let _told = writeln!(out, "{}", line.replace(['\n', '\r'], " ")).and_then(|()| out.flush());
     };
@@ -183,25 +183,28 @@ pub fn run(options: &Options, first: u64, step: u64) -> ExitCode {
         let mut counts: BTreeMap<(String, u16), u64> = BTreeMap::new();
         let mut again = false;
         runtime.block_on(async {
-            tell(format!("P\t{batch}\t0"));
+            report(format!("P\t{batch}\t0"));
             let mut current = Batch::start().await;
             for index in 0..BATCH.min(options.requests - batch * BATCH) {
-                tell(format!("P\t{batch}\t{index}"));
+                report(format!("P\t{batch}\t{index}"));
                 let outcome = current.one(&stage, options.seed, batch, index).await;
                 let replay = format!("{}/{batch}/{index}", options.seed);
                 let status = outcome.answer.as_ref().map_or(0, |answer| answer.status);
                 *counts.entry((outcome.request.operation.clone(), status)).or_default() += 1;
-                tell(format!("D\t{}\t{replay}\t{:.3}\t{}", outcome.request.operation, outcome.seconds, outcome.bytes));
+                report(format!(
+                    "D\t{}\t{replay}\t{:.3}\t{}",
+                    outcome.request.operation, outcome.seconds, outcome.bytes
+                ));
                 for (kind, said) in &outcome.findings {
                     keep(&replay, &outcome);
-                    tell(format!("F\t{kind}\t{}\t{replay}\t{said}", outcome.request.operation));
+                    report(format!("F\t{kind}\t{}\t{replay}\t{said}", outcome.request.operation));
                 }
                 if timed_out(outcome.answer.as_ref()) {
-                    tell(format!("T\t{}\t{replay}", outcome.request.operation));
+                    report(format!("T\t{}\t{replay}", outcome.request.operation));
                 }
                 let hung = outcome.findings.iter().any(|(kind, _)| *kind == "hangs");
                 if hung || (timed_out(outcome.answer.as_ref()) && !rests()) {
-                    tell(format!(
+                    report(format!(
                         "F\tnever_rests\t{}\t{replay}\twork goes on after its answer",
                         outcome.request.operation
                     ));
@@ -212,7 +215,7 @@ pub fn run(options: &Options, first: u64, step: u64) -> ExitCode {
             }
         });
         for ((operation, status), count) in counts {
-            tell(format!("C\t{operation}\t{status}\t{count}"));
+            report(format!("C\t{operation}\t{status}\t{count}"));
         }
         if again {
             std::process::exit(i32::from(AGAIN));

@@ -22,10 +22,10 @@ async fn a_backup_under_writing_holds_a_whole_prefix() {
             }
         }
     });
-    let target = place.beside("copy.db");
+    let target = place.path("copy.db");
     backup(&StoreSettings::of_file(place.file()), &target).await.unwrap();
     writing.await.unwrap();
-    assert!(!place.beside("copy.db.partial").exists());
+    assert!(!place.path("copy.db.partial").exists());
 
     let copy = place.open_with(StoreSettings::of_file(&target)).await;
     let trace = copy.trace(job, WHOLE).await.unwrap();
@@ -40,7 +40,7 @@ async fn a_backup_under_writing_holds_a_whole_prefix() {
 async fn nothing_is_overwritten_and_nothing_is_made_of_nothing() {
     let place = Place::new();
     let settings = StoreSettings::of_file(place.file());
-    let target = place.beside("copy.db");
+    let target = place.path("copy.db");
     let nothing = backup(&settings, &target).await;
     assert!(matches!(nothing, Err(BackupError::NoSource(_))), "{nothing:?}");
     assert!(!target.exists() && !place.file().exists());

@@ -150,7 +150,7 @@ async fn jobs_go_to_postgresql_and_back_and_are_the_same() {
     let there = Server::shared().database().await;
     assert_eq!(imported(&there, &first), stored(4, 0));
     assert_eq!(exported(&there), first);
-    let back = place.beside("back.db");
+    let back = place.path("back.db");
     assert_eq!(imported(&url(&back), &exported(&there)), stored(4, 0));
     assert!(!PathBuf::from(format!("{}-wal", back.display())).exists(), "all is in one file");
     assert_eq!(exported(&url(&back)), first);
@@ -215,7 +215,7 @@ async fn goes_on(place: &Place, database: &Path, job: Uuid) {
 async fn one_job_is_exported_alone_and_no_file_is_overwritten() {
     let (place, job) = filled().await;
     let (here, id) = (url(&place.file()), job.to_string());
-    let file = place.beside("one");
+    let file = place.path("one");
     let name = file.to_str().unwrap();
     let export = ["export", "--job", &id, name, "--database-url", &here];
     assert_eq!(done(&export, &[]), format!("1 jobs written to {name}\n"));
@@ -227,7 +227,7 @@ async fn one_job_is_exported_alone_and_no_file_is_overwritten() {
     let nobody = Uuid::nil().to_string();
     let (done_it, _, missing) = flankfit(&["export", "--job", &nobody, "--database-url", &here], &[]);
     assert!(!done_it && missing.contains("there is no job"), "{missing}");
-    let to = place.beside("new.db");
+    let to = place.path("new.db");
     assert_eq!(done(&["import", name, "--database-url", &url(&to)], &[]), stored(1, 0));
     assert_eq!(exported(&url(&to)), text);
     goes_on(&place, &to, job).await;
@@ -238,7 +238,7 @@ async fn truncated_or_altered_jobs_are_not_stored() {
     let (place, job) = filled().await;
     let whole = exported(&url(&place.file()));
     let lines: Vec<&str> = whole.split_inclusive('\n').collect();
-    let to = url(&place.beside("new.db"));
+    let to = url(&place.path("new.db"));
     // cut off within a line, and behind one; the jobs before that are stored
     for cut in [whole.len() - 1, lines[..lines.len() - 1].concat().len()] {
         let (_, errors) = refusal(&to, &whole[..cut]);
@@ -246,7 +246,7 @@ async fn truncated_or_altered_jobs_are_not_stored() {
     }
     assert_eq!(imported(&to, &whole), stored(0, 4));
     // one job alone is refused, with its line
-    let to = url(&place.beside("another.db"));
+    let to = url(&place.path("another.db"));
     let (printed, errors) = refusal(&to, &whole.replacen("first; cut", "third; cut", 1));
     assert_eq!(printed, stored(3, 0));
     assert!(errors.contains(&format!("job {job}: the job has changed since it was written")), "{errors}");
@@ -254,7 +254,7 @@ async fn truncated_or_altered_jobs_are_not_stored() {
     assert!(errors.contains("line 1: it does not begin a job"), "{errors}");
     // one that exists and differs
     assert_eq!(imported(&to, &whole), stored(1, 3));
-    let opened = place.open_with(flankfit::store::StoreSettings::of_file(place.beside("another.db"))).await;
+    let opened = place.open_with(flankfit::store::StoreSettings::of_file(place.path("another.db"))).await;
     place.stored_iteration(&opened.repository, job).await;
     opened.close().await;
     let before = exported(&to);
@@ -320,7 +320,7 @@ async fn unreadable_values_are_not_stored() {
                 columns[column] = value.clone();
             }
         });
-        let (printed, errors) = refusal(&url(&place.beside(&format!("{table}-{column}.db"))), &bad);
+        let (printed, errors) = refusal(&url(&place.path(&format!("{table}-{column}.db"))), &bad);
         let line = 1 + bad.lines().position(|line| line.starts_with(&format!("{{\"{table}\":"))).unwrap();
         assert!(errors.contains(&format!("`{column}`")) || errors.contains("`coefficients` is not"), "{errors}");
         assert!(errors.contains(&format!("line {line}, job ")) || table == "jobs", "{table} {column} {line}: {errors}");
@@ -359,7 +359,7 @@ async fn archives_that_contradict_their_audit_are_not_stored() {
             "is unaudited",
         ),
     ] {
-        let to = url(&place.beside(&format!("{}.db", text.len())));
+        let to = url(&place.path(&format!("{}.db", text.len())));
         let (_, errors) = refusal(&to, &text);
         assert!(errors.contains(&job.to_string()) && errors.contains(why), "{errors}");
         verified(&to);
@@ -369,7 +369,7 @@ async fn archives_that_contradict_their_audit_are_not_stored() {
 /// Whatever a command wants of it.
 #[tokio::test]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn a_database_without_a_schema_says_how_it_gets_one() {
+async fn a_database_without_a_schema_is_refused_with_advice() {
     let server = Server::shared();
     let empty = server.url(&server.copy_of("template1").await);
     let none = b"{\"job\":{\"tenant\":\"default\",\"job\":\"0190b0de-0000-7000-8000-000000000000\"}}\n";

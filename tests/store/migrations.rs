@@ -76,7 +76,7 @@ async fn unopenable_databases_are_explained() {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
     };
-    let nowhere = open(StoreSettings::of_file(place.beside("no/such/directory/jobs.db"))).await;
+    let nowhere = open(StoreSettings::of_file(place.path("no/such/directory/jobs.db"))).await;
     assert!(nowhere.contains("its directory must exist and be writable"), "{nowhere}");
     std::fs::write(place.file(), "not a database, but long enough to have a header of a hundred bytes ".repeat(20))
         .unwrap();

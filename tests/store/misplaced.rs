@@ -19,7 +19,7 @@ async fn nothing_is_acknowledged_that_goes_into_a_file_that_was_taken_away() {
         let place = Place::new();
         let store = place.open().await;
         place.stored_job(&store).await;
-        let file = if log { place.beside("jobs.db-wal") } else { place.file() };
+        let file = if log { place.path("jobs.db-wal") } else { place.file() };
         let refused = async || {
             let outcome = store.insert_job(place.job("lost"), None).await;
             assert!(matches!(outcome, Err(RepositoryError::Unfit(Unfit::Misplaced))), "{outcome:?}");
@@ -38,9 +38,9 @@ async fn nothing_is_acknowledged_that_goes_into_a_file_that_was_taken_away() {
         store.insert_job(place.job("kept"), None).await.unwrap();
         // the log of another database is not removed at the end
         fs::rename(&file, moved(&file)).unwrap();
-        fs::write(place.beside("jobs.db-wal"), "another").unwrap();
+        fs::write(place.path("jobs.db-wal"), "another").unwrap();
         store.close().await;
-        assert_eq!(fs::read_to_string(place.beside("jobs.db-wal")).unwrap(), "another");
+        assert_eq!(fs::read_to_string(place.path("jobs.db-wal")).unwrap(), "another");
     }
 }
 
@@ -49,7 +49,7 @@ async fn nothing_is_acknowledged_that_goes_into_a_file_that_was_taken_away() {
 async fn a_file_with_two_names_is_opened_by_neither() {
     let place = Place::new();
     place.open().await.close().await;
-    let other = place.beside("other.db");
+    let other = place.path("other.db");
     fs::hard_link(place.file(), &other).unwrap();
     for name in [place.file(), other.clone()] {
         let opened = open_sqlite(StoreSettings::of_file(&name), Arc::new(SystemClock)).await;

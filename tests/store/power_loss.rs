@@ -21,7 +21,7 @@ use crate::{
 
 /// The store as it comes up after a power loss now.
 async fn after_power_loss(place: &Place, name: &str) -> Opened {
-    let aftermath = place.beside(name);
+    let aftermath = place.path(name);
     disk::lose_power(place.file().parent().unwrap(), &aftermath);
     place.open_with(StoreSettings::of_file(aftermath.join("jobs.db"))).await
 }
@@ -35,7 +35,7 @@ async fn open_watched(place: &Place) -> Opened {
 async fn every_kind_of_write_is_synced_when_it_is_answered() {
     let place = Place::new();
     let store = open_watched(&place).await;
-    let log = place.beside("jobs.db-wal");
+    let log = place.path("jobs.db-wal");
     let none = || Precondition::None;
 
     let job = place.stored_job(&store).await;
@@ -125,8 +125,8 @@ async fn the_watched_disk_loses_unsynced_data() {
         .unwrap();
     sqlx::query("CREATE TABLE kept (n INTEGER); PRAGMA wal_checkpoint").execute(&mut careless).await.unwrap();
     sqlx::query("INSERT INTO kept VALUES (1)").execute(&mut careless).await.unwrap();
-    assert!(!disk::is_synced(&place.beside("jobs.db-wal")));
-    let aftermath = place.beside("aftermath");
+    assert!(!disk::is_synced(&place.path("jobs.db-wal")));
+    let aftermath = place.path("aftermath");
     disk::lose_power(place.file().parent().unwrap(), &aftermath);
     careless.close().await.unwrap();
     let mut after = SqliteConnectOptions::new().filename(aftermath.join("jobs.db")).connect().await.unwrap();

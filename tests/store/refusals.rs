@@ -98,7 +98,7 @@ async fn soon<T>(ask: impl AsyncFn() -> Result<T, RepositoryError>) -> T {
     loop {
         match ask().await {
             Err(RepositoryError::Unavailable(why)) => assert!(begun.elapsed() < Duration::from_secs(60), "{why}"),
-            told => return told.unwrap(),
+            outcome => return outcome.unwrap(),
         }
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
@@ -172,8 +172,11 @@ async fn other_failures_are_not_retried() {
         let body = format!("PERFORM nextval('attempts'); RAISE EXCEPTION 'no' USING ERRCODE = '{code}';");
         let hindered = Hindered::by(&body).await;
         let refused = hindered.insert().await.unwrap_err();
-        let told = matches!(refused, RepositoryError::Unavailable(_));
-        assert!(told == unavailable && (told || matches!(refused, RepositoryError::Failed(_))), "{code}: {refused:?}");
+        let is_unavailable = matches!(refused, RepositoryError::Unavailable(_));
+        assert!(
+            is_unavailable == unavailable && (is_unavailable || matches!(refused, RepositoryError::Failed(_))),
+            "{code}: {refused:?}"
+        );
         assert_eq!((hindered.attempts().await, hindered.there().await), (1, 0), "{code}");
         hindered.store.close().await;
     }

@@ -27,7 +27,7 @@ const WRITERS: usize = 16;
 const INTERRUPTIONS: usize = 4;
 
 /// A key that was used, and the number of the iteration under it.
-type Told = (String, u32);
+type Acknowledged = (String, u32);
 
 /// Writers that continue until they are stopped, each with one request at a time.
 pub struct Writers {
@@ -38,7 +38,7 @@ pub struct Writers {
     stored: Vec<Arc<AtomicU32>>,
     stop: Arc<AtomicBool>,
     /// Each with its job.
-    writing: Vec<(usize, JoinHandle<Vec<Told>>)>,
+    writing: Vec<(usize, JoinHandle<Vec<Acknowledged>>)>,
     reading: Vec<JoinHandle<()>>,
 }
 
@@ -103,18 +103,18 @@ impl Writers {
         for reading in self.reading {
             reading.await.unwrap();
         }
-        let mut told: Vec<Vec<u32>> = vec![Vec::new(); JOBS];
+        let mut numbers: Vec<Vec<u32>> = vec![Vec::new(); JOBS];
         for (of, writing) in self.writing {
             for (key, number) in writing.await.unwrap() {
                 let (_, kept) = self.repository.answer(key, "POST /there".to_owned()).await.unwrap().unwrap();
                 assert_eq!(kept.body, format!(r#"{{"number":{number}}}"#).into_bytes());
-                told[of].push(number);
+                numbers[of].push(number);
             }
         }
-        for (&job, mut told) in self.jobs.iter().zip(told) {
-            told.sort_unstable();
-            let last = told.len() as u32;
-            assert!(told.into_iter().eq(1..=last), "each number was told once");
+        for (&job, mut of_job) in self.jobs.iter().zip(numbers) {
+            of_job.sort_unstable();
+            let last = of_job.len() as u32;
+            assert!(of_job.into_iter().eq(1..=last), "each number was acknowledged once");
             assert_eq!(self.repository.last_event(job).await.unwrap(), u64::from(last));
             let mut page = WHOLE;
             let mut there = Vec::new();

@@ -71,14 +71,14 @@ async fn a_result_is_stored_once() {
     let place = Place::new();
     let store = place.open().await;
     let job = place.stored_job(&store).await.id;
-    let telling = |key: &str, fit: &NewFit| {
+    let receipt_with_result = |key: &str, fit: &NewFit| {
         let body = format!(r#"{{"fits":[{{"result":{}}}]}}"#, fit.computed.result.text()).into_bytes();
         let answer = move |_| Answer { status: 201, location: None, etag: None, body: body.clone() };
         Some(Receipt { answer: Box::new(answer), ..receipt(key, "POST /there") })
     };
     let (iteration, fit) = (place.iteration(job), Arc::new(place.fit(0.25)));
-    store.insert_iteration(iteration.clone(), telling("iteration", &iteration.fit)).await.unwrap();
-    store.insert_fit(job, 1, fit.clone(), telling("fit", &fit)).await.unwrap();
+    store.insert_iteration(iteration.clone(), receipt_with_result("iteration", &iteration.fit)).await.unwrap();
+    store.insert_fit(job, 1, fit.clone(), receipt_with_result("fit", &fit)).await.unwrap();
     let mut own = place.connect().await;
     let kept: Vec<(String, Vec<u8>, Vec<u8>, Uuid)> = sqlx::query_as(
         "SELECT key, body, body_end, f.id FROM idempotency_keys k

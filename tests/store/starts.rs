@@ -70,7 +70,7 @@ async fn a_server_that_is_too_old_is_refused() {
     db.execute(sqlx::raw_sql(first)).await.unwrap();
     let mut settings = settings(&url);
     settings.migrate = Migrate::Check;
-    for (version, told) in [(130_022, Some(13)), (149_999, Some(14)), (150_000, None), (180_001, None)] {
+    for (version, major) in [(130_022, Some(13)), (149_999, Some(14)), (150_000, None), (180_001, None)] {
         let says = format!(
             "CREATE OR REPLACE FUNCTION pretended.current_setting(name text) RETURNS text LANGUAGE sql AS $$
                  SELECT CASE name WHEN 'server_version_num' THEN '{version}' ELSE pg_catalog.current_setting(name) END
@@ -79,11 +79,11 @@ async fn a_server_that_is_too_old_is_refused() {
         db.execute(sqlx::raw_sql(AssertSqlSafe(says))).await.unwrap();
         match open(settings.clone()).await {
             Ok(store) => {
-                assert_eq!(told, None, "{version}");
+                assert_eq!(major, None, "{version}");
                 store.close().await;
             }
             Err(error) => {
-                assert!(matches!(error, PostgresError::TooOld { version, .. } if Some(version) == told), "{error}");
+                assert!(matches!(error, PostgresError::TooOld { version, .. } if Some(version) == major), "{error}");
                 assert!(error.to_string().ends_with("flankfit needs 15 or later"), "{error}");
             }
         }
@@ -158,9 +158,9 @@ async fn asked_quickly(store: &SqlStore, heard: &Heard) -> Result<(), Repository
     for _ in 0..60 {
         heard.take();
         let begun = Instant::now();
-        let told = store.ping().await;
+        let ping = store.ping().await;
         if begun.elapsed() < Duration::from_secs(1) {
-            return told;
+            return ping;
         }
     }
     panic!("no ping takes less than a second");
@@ -172,7 +172,7 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
     let url = Server::shared().database().await;
     // metrics of this thread alone: other tests have other clocks
     let recorder = PrometheusBuilder::new().build_recorder();
-    let told = recorder.handle();
+    let handle = recorder.handle();
     let _here = metrics::set_default_local_recorder(&recorder);
     let (heard, _while_heard) = Heard::here();
     for (seconds, ready) in [(-12, false), (-8, true), (0, true), (8, true), (12, false)] {
@@ -184,7 +184,7 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
             Err(other) => panic!("{other}"),
         }
         // by how much the clock of the database is before ours
-        let text = told.render();
+        let text = handle.render();
         let skew = text.lines().find_map(|line| line.strip_prefix("flankfit_clock_skew_seconds ")?.parse::<f64>().ok());
         assert!(skew.is_some_and(|skew| (skew + seconds as f64).abs() < 1.0), "{seconds} s: {text}");
         let warned = heard.take();
@@ -205,12 +205,12 @@ async fn a_role_without_rights_on_the_schema_gets_advice() {
     let [_, url] = served().await;
     let refused = open(settings(&url)).await.map(drop).unwrap_err();
     assert!(matches!(refused, PostgresError::Migration { .. }), "{refused}");
-    let told = refused.to_string();
+    let message = refused.to_string();
     assert!(
-        ["permission denied", "`flankfit migrate`", "--migrate check"].iter().all(|part| told.contains(part)),
-        "{told}"
+        ["permission denied", "`flankfit migrate`", "--migrate check"].iter().all(|part| message.contains(part)),
+        "{message}"
     );
-    assert!(!told.contains(" at line "), "{told}");
+    assert!(!message.contains(" at line "), "{message}");
 }
 
 /// PostgreSQL's codes for a missing right, and for a refusal by a trigger.
@@ -238,7 +238,7 @@ async fn the_service_has_no_right_to_change_the_trace() {
     let empty = values.stored_job(&repository).await.id;
     repository.delete_job(empty, Precondition::None).await.unwrap();
     store.forget_answers(values.now(), 10).await.unwrap();
-    store.forget_told(values.now(), values.now(), 10).await.unwrap();
+    store.forget_event_order(values.now(), values.now(), 10).await.unwrap();
 
     let mut service = PgConnection::connect(&url).await.unwrap();
     let trace = ["iterations", "nodes", "fits", "fit_choices", "decisions", "records", "purges"];
@@ -259,8 +259,8 @@ async fn the_service_has_no_right_to_change_the_trace() {
     }
     for (sql, code) in refused {
         let error = service.execute(sqlx::raw_sql(AssertSqlSafe(sql.clone()))).await.unwrap_err();
-        let told = error.as_database_error().and_then(|error| error.code()).map(|code| code.into_owned());
-        assert_eq!(told.as_deref(), Some(code), "{sql}: {error}");
+        let found = error.as_database_error().and_then(|error| error.code()).map(|code| code.into_owned());
+        assert_eq!(found.as_deref(), Some(code), "{sql}: {error}");
     }
     store.close().await;
 }

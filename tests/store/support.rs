@@ -101,7 +101,7 @@ impl Place {
         self.directory.path().join("jobs.db")
     }
 
-    pub fn beside(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.directory.path().join(name)
     }
 

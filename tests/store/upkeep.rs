@@ -40,15 +40,15 @@ async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     // by another name it is the same database
     #[cfg(unix)]
     {
-        std::os::unix::fs::symlink(place.file(), place.beside("other.db")).unwrap();
-        let refused = open_sqlite(StoreSettings::of_file(place.beside("other.db")), still(place.now())).await.err();
+        std::os::unix::fs::symlink(place.file(), place.path("other.db")).unwrap();
+        let refused = open_sqlite(StoreSettings::of_file(place.path("other.db")), still(place.now())).await.err();
         assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     }
     first.close().await;
     let second = place.open().await;
     place.stored_job(&second).await;
     // reading needs no lock
-    flankfit::store::backup(&StoreSettings::of_file(place.file()), &place.beside("copy.db")).await.unwrap();
+    flankfit::store::backup(&StoreSettings::of_file(place.file()), &place.path("copy.db")).await.unwrap();
     drop(second);
     // whoever is gone without closing lets go too
     let dropped = Instant::now();
@@ -126,7 +126,7 @@ async fn old_events_are_forgotten_while_the_service_runs() {
     service.forget_old_events().await.unwrap();
     hands.0.fetch_add(WEEK, Ordering::SeqCst);
     service.forget_old_events().await.unwrap();
-    assert!(jobs.tells_all_after(first).await.unwrap(), "what is as old as that is told");
+    assert!(jobs.has_all_after(first).await.unwrap(), "events of that age are kept");
     assert_eq!(jobs.all_events(first, 10).await.unwrap().len(), 1);
     // by itself, now and then
     hands.0.fetch_add(1, Ordering::SeqCst);
@@ -134,7 +134,7 @@ async fn old_events_are_forgotten_while_the_service_runs() {
         let service = service.clone();
         async move { service.upkeep(Duration::from_millis(1)).await }
     });
-    while jobs.tells_all_after(first).await.unwrap() {
+    while jobs.has_all_after(first).await.unwrap() {
         tokio::task::yield_now().await;
     }
     upkeep.abort();
@@ -157,12 +157,12 @@ async fn events_of_another_server_hide_no_local_events() {
     let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
     let (repository, values) = (store.of(&caller("default")), Values::default());
     let first = repository.last_place().await.unwrap();
-    assert!(repository.tells_all_after(first).await.unwrap());
+    assert!(repository.has_all_after(first).await.unwrap());
     values.stored_job(&repository).await;
     let now = SystemClock.now();
     for _ in 0..2 {
-        assert_eq!(store.forget_told(now, now - EVENTS_TOLD, 100).await.unwrap(), 0);
-        assert!(repository.tells_all_after(first).await.unwrap());
+        assert_eq!(store.forget_event_order(now, now - EVENTS_TOLD, 100).await.unwrap(), 0);
+        assert!(repository.has_all_after(first).await.unwrap());
     }
     let left: Vec<i64> = sqlx::query_scalar("SELECT changed_by FROM told").fetch_all(&mut db).await.unwrap();
     assert!(left.len() == 1 && left[0] < 4_000_000_000, "{left:?}");

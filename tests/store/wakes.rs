@@ -37,18 +37,18 @@ async fn notifications_of_many_commits_are_batched() {
     listener.listen("flankfit").await.unwrap();
     let begun = Instant::now();
     let commits = async {
-        let mut told = BTreeSet::new();
+        let mut stored = BTreeSet::new();
         for _ in 0..COMMITS {
             let job = values.stored_job(&repository).await.id;
-            wakes.tell(Wake::Job(Owned { tenant: Tenant::default(), id: job }));
-            told.insert(job.simple().to_string());
+            wakes.send(Wake::Job(Owned { tenant: Tenant::default(), id: job }));
+            stored.insert(job.simple().to_string());
         }
-        (told, begun.elapsed())
+        (stored, begun.elapsed())
     };
     let hearing = async {
         let (mut heard, mut notifications) = (BTreeSet::new(), 0_u128);
         while heard.len() < COMMITS {
-            let notification = timeout(Duration::from_secs(60), listener.recv()).await.expect("the rest is told");
+            let notification = timeout(Duration::from_secs(60), listener.recv()).await.expect("the rest arrives");
             let notification = notification.unwrap();
             notifications += 1;
             let words = notification.payload().split(' ').filter_map(|word| word.split_once('/'));
@@ -57,11 +57,11 @@ async fn notifications_of_many_commits_are_batched() {
         (heard, notifications, begun.elapsed())
     };
     let ring = |_: Wake| {};
-    let ((told, storing), (heard, notifications, hearing)) = tokio::select! {
+    let ((stored, storing), (heard, notifications, hearing)) = tokio::select! {
         () = wakes.pass_on(&ring) => panic!("it is passed on for ever"),
         all = async { tokio::join!(commits, hearing) } => all,
     };
-    assert_eq!(heard, told, "every commit is told of");
+    assert_eq!(heard, stored, "every commit is notified");
     println!("{COMMITS} commits in {storing:?}, {notifications} notifications in {hearing:?}");
     // one at once; and where much waits it does not fit into one, but into three
     let most = hearing.as_millis() / GATHERING.as_millis() + 3;

@@ -80,7 +80,7 @@ fn check_bytes(row: &Row, column: &str, bytes: &[u8]) -> Result<(), String> {
 fn check_result(row: &Row, text: &str) -> Result<(), String> {
     read::<Object>(text)?;
     let kept = EncodedResult::from(text);
-    let same = [("coefficients", &kept.kept_beside().coefficients), ("prior", &kept.kept_beside().prior)]
+    let same = [("coefficients", &kept.kept_parts().coefficients), ("prior", &kept.kept_parts().prior)]
         .into_iter()
         .find(|(name, kept)| row.value(name).text().as_deref() != kept.as_deref());
     same.map_or(Ok(()), |(name, _)| Err(format!("`{name}` differs from the result")))

@@ -110,7 +110,7 @@ fn measure(
         let iteration: NewIterationBody = client.post(&format!("{job}/iterations"), &request)?;
         if verbose {
             let set = NodeSet { name: note.into(), request, units: Units::FlankDeviation, report: String::new() };
-            Story { client, out: &mut *out }.tell(job, &iteration, &set)?;
+            Story { client, out: &mut *out }.print_iteration(job, &iteration, &set)?;
         }
         measured.push(iteration);
     }

@@ -44,7 +44,7 @@ impl<W: Write> Story<'_, W> {
             object.entry("instrument").or_insert_with(|| "gear tester".into());
         }
         let iteration: NewIterationBody = self.client.post(&format!("{path}/iterations"), &body)?;
-        self.tell(&path, &iteration, set)?;
+        self.print_iteration(&path, &iteration, set)?;
         writeln!(
             self.out,
             "\n  The decision is left to you: PATCH {}",
@@ -55,7 +55,12 @@ impl<W: Write> Story<'_, W> {
     }
 
     /// Prints the fit of an iteration, and refits its nodes by another criterion.
-    pub fn tell(&mut self, job: &str, iteration: &NewIterationBody, set: &NodeSet) -> Result<(), CommandError> {
+    pub fn print_iteration(
+        &mut self,
+        job: &str,
+        iteration: &NewIterationBody,
+        set: &NodeSet,
+    ) -> Result<(), CommandError> {
         self.heading(&format!("Iteration {}: {}", iteration.posted.measured.number, set.name))?;
         write!(self.out, "{}", set.report)?;
         let fit = chosen(iteration)?;

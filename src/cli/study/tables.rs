@@ -71,7 +71,7 @@ pub fn text(result: &RandomizationResult) -> String {
         }
     }
     let _ = writeln!(out, "{table}");
-    let _ = writeln!(out, "{}", beside_least_squares(result));
+    let _ = writeln!(out, "{}", versus_least_squares(result));
     if let Some(optimum) = &result.optimum {
         let _ = writeln!(out, "best level {}", ratios(&optimum.best));
         let [low, high] = optimum.plateau;
@@ -85,7 +85,7 @@ pub fn text(result: &RandomizationResult) -> String {
 }
 
 /// Returns every level against least squares, with B of the same level next to it.
-fn beside_least_squares(result: &RandomizationResult) -> Table {
+fn versus_least_squares(result: &RandomizationResult) -> Table {
     let heads = ["k", "‖A−Â‖ ÷", "cond ÷", "RSS ×", "B of level k: λ*", "‖A−Â‖ ÷", "cond ÷", "RSS ×"];
     let mut table = Table::new(heads, 0);
     let base = &result.references.least_squares;

@@ -167,7 +167,7 @@ async fn get_events(
         None | Some("" | "latest") => (last, false),
         Some(text) => {
             let asked = events::place_of(text).ok_or_else(|| given.refused("`/v1/events`"))?;
-            let all = asked <= last && state.jobs.tells_all_after(asked).await?;
+            let all = asked <= last && state.jobs.has_all_after(asked).await?;
             if all { (asked, false) } else { (last, true) }
         }
     };

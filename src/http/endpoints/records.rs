@@ -174,7 +174,7 @@ impl JobRecordRequest {
             let mut permit = state.budget.permit();
             let made = move || {
                 let text = payload.into_json(limit)?;
-                let made = build(&text, &context, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
+                let made = build(&text, &context, &mut |bytes| permit.grow_with(text.permit(), bytes))?;
                 Ok::<_, Problem>((made, permit))
             };
             let (NewRecord { draft, shown }, _held) = state.pool.run(made).await??;

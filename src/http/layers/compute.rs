@@ -81,7 +81,7 @@ pub async fn read_json_in_room(
     let (limit, mut permit) = (state.settings.body_limit, state.budget.permit());
     let work = move || {
         let text = payload.into_json(limit)?;
-        let answer = work(&text, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
+        let answer = work(&text, &mut |bytes| permit.grow_with(text.permit(), bytes))?;
         Ok(WithPermit::new(answer, permit))
     };
     state.pool.run(work).await?

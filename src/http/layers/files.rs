@@ -23,7 +23,7 @@ pub async fn attachment(
     let (limit, mut permit) = (state.settings.body_limit, state.budget.permit());
     let work = move || {
         let text = payload.into_json(limit)?;
-        let mut file = write(&text, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
+        let mut file = write(&text, &mut |bytes| permit.grow_with(text.permit(), bytes))?;
         let first = file.content.next_piece(chunked::PIECE).unwrap_or_default();
         Ok::<_, Problem>((file, first, permit))
     };

@@ -86,7 +86,7 @@ impl JobsQuery {
             None => JobPlace::beginning(sort),
             Some(Ok(place)) => place,
             Some(Err(error)) => {
-                faults.push("/cursor", told(error, sort));
+                faults.push("/cursor", message_of(error, sort));
                 JobPlace::beginning(sort)
             }
         };
@@ -115,7 +115,7 @@ fn value<T: DeserializeOwned>(pointer: &str, text: Option<String>, faults: &mut 
     }
 }
 
-fn told(error: JobPlaceError, sort: JobSort) -> String {
+fn message_of(error: JobPlaceError, sort: JobSort) -> String {
     match error {
         JobPlaceError::Cursor(CursorError::Unknown) => UNKNOWN_CURSOR.to_owned(),
         JobPlaceError::Cursor(CursorError::OtherList(other)) => of_other_list(List::Jobs, other),

@@ -29,7 +29,7 @@ pub struct Unready {
 const SILENT: &str = "The store does not respond; the log says more.";
 const UNWRITABLE: &str = "The store responds, but accepts no writes; the log has details.";
 
-fn told(unfit: Unfit) -> &'static str {
+fn message_of(unfit: Unfit) -> &'static str {
     match unfit {
         Unfit::NoSchema => "The database has no schema yet: run `flankfit migrate`.",
         Unfit::OldSchema => "The schema of the database is older than this server: run `flankfit migrate`.",
@@ -75,7 +75,7 @@ async fn answered(
 ) -> Result<(), Unready> {
     match timeout_at(until, asking).await {
         Ok(Ok(())) => Ok(()),
-        Ok(Err(RepositoryError::Unfit(unfit))) => Err(Unready { told: told(unfit), cause: unfit.to_string() }),
+        Ok(Err(RepositoryError::Unfit(unfit))) => Err(Unready { told: message_of(unfit), cause: unfit.to_string() }),
         Ok(Err(error)) => Err(Unready { told: otherwise, cause: error.to_string() }),
         Err(_elapsed) => {
             Err(Unready { told: otherwise, cause: format!("no response within {} s", PATIENCE.as_secs()) })

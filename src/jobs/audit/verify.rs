@@ -220,9 +220,9 @@ impl RowVerifier {
         for (first, version) in std::mem::take(&mut self.versions) {
             // the schema comes with the first version of this one
             let from = if first == "tenants/default" { 2 } else { 1 };
-            let untold = (from..version).map(|version| format!("{first}/{version}"));
-            let untold = untold.filter(|name| !notes.contains_key(name)).take(1);
-            self.differences.extend(untold.map(|name| (name, Kind::Unaudited)));
+            let unaudited = (from..version).map(|version| format!("{first}/{version}"));
+            let unaudited = unaudited.filter(|name| !notes.contains_key(name)).take(1);
+            self.differences.extend(unaudited.map(|name| (name, Kind::Unaudited)));
         }
         let missing = self.events.iter().filter(|(_, count)| **count > 0).take(1);
         self.differences.extend(missing.map(|(event, _)| (format!("events: {event}"), Kind::Missing)));

@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_the_service_are_nobody_elses() {
+    fn names_of_the_service_are_reserved() {
         for own in [
             "retention",
             "import",

@@ -70,8 +70,8 @@ impl Notifications {
         self.some.notify_one();
     }
 
-    /// Tells what waits.
-    async fn tell_others(&self) {
+    /// Sends the waiting messages.
+    async fn notify_others(&self) {
         let mut connection = None;
         loop {
             self.some.notified().await;
@@ -143,13 +143,13 @@ impl Notifications {
 }
 
 impl Wakes for Notifications {
-    fn tell(&self, wake: Wake) {
+    fn send(&self, wake: Wake) {
         self.gather([wake]);
     }
 
     fn pass_on<'a>(&'a self, ring: &'a (dyn Fn(Wake) + Send + Sync)) -> Pin<Box<dyn Future<Output = ()> + Send + 'a>> {
         Box::pin(async move {
-            tokio::join!(self.tell_others(), self.hear_others(ring));
+            tokio::join!(self.notify_others(), self.hear_others(ring));
         })
     }
 

@@ -145,7 +145,7 @@ pub async fn last_place(db: &mut Db, _: &Caller) -> Outcome<EventPlace> {
     Ok(EventPlace { change: next.saturating_sub(1), number: i64::MAX.unsigned_abs() })
 }
 
-pub async fn tells_all_after(db: &mut Db, _: &Caller, place: &EventPlace) -> Outcome<bool> {
+pub async fn has_all_after(db: &mut Db, _: &Caller, place: &EventPlace) -> Outcome<bool> {
     // the place may be the last one of its transaction, and need not be
     let sql = "SELECT 1 FROM told_until
                WHERE gone AND (changed_by > $1 OR changed_by = $1 AND $2 < $3)

@@ -90,7 +90,7 @@ pub fn insertion<'a>(db: &Db, fits: &[(FitPlace, &'a NewFit)], entries: &mut [Dr
     let mut rows = Vec::with_capacity(fits.len());
     for (FitPlace { job, number, position }, fit) in fits.iter().copied() {
         let Computed { spec, result, figures, flank } = &fit.computed;
-        let beside = result.kept_beside();
+        let beside = result.kept_parts();
         rows.push(vec![
             job.into(),
             number.into(),

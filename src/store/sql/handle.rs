@@ -39,8 +39,8 @@ pub struct Handle {
 fn needs_no_snapshot(name: &str) -> bool {
     const NAMES: [&str; 3] = [
         "FindCertificate FindKey GetAllEvents GetAnswer GetBlockSha256 GetBlocks GetEvents GetJob GetKey GetLastEvent",
-        "GetLastPlace GetMapping GetPlant GetSeals GetStream GetSuccessors HasKeys",
-        "ListJobs ListKeys ListPlants TellsAllAfter",
+        "GetLastPlace GetMapping GetPlant GetSeals GetStream GetSuccessors HasAllAfter HasKeys",
+        "ListJobs ListKeys ListPlants",
     ];
     NAMES.iter().flat_map(|names| names.split(' ')).any(|without| without == name)
 }

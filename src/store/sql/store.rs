@@ -117,7 +117,7 @@ impl Upkeep for SqlStore {
         self.0.write(ForgetAnswers { before, most })
     }
 
-    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+    fn forget_event_order(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         self.0.write(ForgetTold { now, before, most })
     }
 

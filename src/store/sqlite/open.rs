@@ -290,7 +290,7 @@ mod tests {
         "WITH RECURSIVE c (x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c WHERE x < 0";
 
     #[tokio::test]
-    async fn a_read_ends_when_its_time_is_over_or_nobody_waits_for_it() {
+    async fn a_read_ends_at_its_timeout_or_when_abandoned() {
         let folder = tempfile::tempdir().unwrap();
         let mut settings = StoreSettings::of_file(folder.path().join("jobs.db"));
         settings.readers = 1;

@@ -4,13 +4,13 @@ use std::net::SocketAddr;
 
 use crate::harness::{CURVE, TestApp, ready, send};
 
-fn beside(settings: &mut flankfit::config::ServeSettings) {
+fn with_operations_listener(settings: &mut flankfit::config::ServeSettings) {
     settings.ops_bind = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
 }
 
 #[tokio::test]
 async fn readiness_and_metrics_have_a_listener_of_their_own() {
-    let app = TestApp::start_with(beside).await;
+    let app = TestApp::start_with(with_operations_listener).await;
     let operation = app.operation.expect("a second listener");
     ready(&app.client.get(format!("http://{operation}/readyz"))).await;
     assert_eq!(send(app.get("/readyz")).await.status, 404);
@@ -40,7 +40,7 @@ async fn a_draining_server_responds_and_closes_connections() {
     let app = TestApp::start_with(|settings| {
         // as long as a busy machine may take for what is asked meanwhile
         settings.drain_delay = 10;
-        beside(settings);
+        with_operations_listener(settings);
     })
     .await;
     let operation = app.operation.expect("a second listener");

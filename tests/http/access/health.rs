@@ -10,7 +10,7 @@ use crate::{harness::TestApp, program::program};
 /// Nobody listens there.
 const NOBODY: &str = "127.0.0.1:1";
 
-fn beside(settings: &mut ServeSettings) {
+fn with_operations_listener(settings: &mut ServeSettings) {
     settings.ops_bind = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
 }
 
@@ -23,7 +23,7 @@ fn check(environment: &[(&str, &str)]) -> (Option<i32>, String) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_operations_listener_is_checked_if_there_is_one() {
-    let app = TestApp::start_with(beside).await;
+    let app = TestApp::start_with(with_operations_listener).await;
     let (here, operation) = (app.address.to_string(), app.operation.unwrap().to_string());
     let healthy = (Some(0), String::new());
     assert_eq!(check(&[("FLANKFIT_BIND", &*here)]), healthy);
@@ -64,7 +64,7 @@ async fn with_client_certificates_the_operations_listener_is_checked() {
         authority.serve(settings);
         settings.tls.client_authorities = Some(authority.file("ca.pem"));
         settings.tls.client_authentication = ClientAuthentication::Required;
-        beside(settings);
+        with_operations_listener(settings);
     })
     .await;
     let (here, operation) = (app.address.to_string(), app.operation.unwrap().to_string());

@@ -138,14 +138,18 @@ async fn a_key_from_its_making_to_its_end() {
         get(&app, &admin, path).await.problem(404, "not_found");
     }
     // all that was done is in the chain of the tenant, and no secret
-    let told = get(&app, &admin, "/v1/audit").await;
-    let entries = told.json()["items"].as_array().unwrap().clone();
+    let audit = get(&app, &admin, "/v1/audit").await;
+    let entries = audit.json()["items"].as_array().unwrap().clone();
     let actions: Vec<_> = entries.iter().map(|entry| entry["action"].as_str().unwrap()).collect();
     assert_eq!(actions, ["key.create", "key.create", "key.change", "key.rotate", "key.revoke"]);
     let actor = format!("key-{}", &admin[4..20]);
-    assert!(entries[1..].iter().all(|entry| entry["actor"] == *actor && entry["peer"] == "127.0.0.1"), "{}", told.text);
+    assert!(
+        entries[1..].iter().all(|entry| entry["actor"] == *actor && entry["peer"] == "127.0.0.1"),
+        "{}",
+        audit.text
+    );
     assert_eq!(entries[4]["subject"], *place);
-    assert!([&admin, &secret, &new].iter().all(|key| !told.text.contains(&key[21..85])));
+    assert!([&admin, &secret, &new].iter().all(|key| !audit.text.contains(&key[21..85])));
     assert!(entries[1].get("request_id").is_some());
     app.stop().await;
 }
@@ -169,11 +173,11 @@ async fn a_key_is_replaced_once_and_does_not_come_back() {
         let lost = rotate(&old, overlap).await;
         let new = lost.header("location").to_owned();
         assert_eq!((lost.status.as_u16(), lost.json().get("expires_at")), (201, None), "{}", lost.text);
-        let told = get(&app, &admin, &old).await.json();
-        assert_eq!(told["replaced_by"], lost.json()["id"]);
+        let replaced = get(&app, &admin, &old).await.json();
+        assert_eq!(replaced["replaced_by"], lost.json()["id"]);
         let listed = get(&app, &admin, "/v1/keys").await.json()["items"].as_array().unwrap().len();
-        let told = refusal(&rotate(&old, overlap).await);
-        assert!(told.contains(&text(&lost.json()["id"])) && told.contains("rotate"), "{told}");
+        let message = refusal(&rotate(&old, overlap).await);
+        assert!(message.contains(&text(&lost.json()["id"])) && message.contains("rotate"), "{message}");
         let longer = refusal(&patch(&old, json!({"expires_at": later(36_000)})).await);
         assert!(longer.contains(if overlap == 0 { "expired at" } else { "has replaced" }), "{longer}");
         assert_eq!(get(&app, &admin, "/v1/keys").await.json()["items"].as_array().unwrap().len(), listed);
@@ -219,14 +223,14 @@ async fn invalid_keys_get_the_same_response() {
     let nobody = format!("ffk_0123456789abcdef_{}", "0".repeat(64));
     let nobody = format!("{nobody}{:08x}", crc32fast::hash(nobody.as_bytes()));
     let id = other[4..20].to_owned();
-    let mut told = Vec::new();
+    let mut details = Vec::new();
     for wrong in [&slip, &unproven, &nobody, "nonsense"] {
-        told.push(get(&app, wrong, "/v1/jobs").await.problem(401, "invalid_key")["detail"].clone());
+        details.push(get(&app, wrong, "/v1/jobs").await.problem(401, "invalid_key")["detail"].clone());
     }
     assert_eq!(get(&app, &other, "/v1/jobs").await.status, 200);
     assert_eq!(send(request(&app, &admin, Method::DELETE, &format!("/v1/keys/{id}"), &json!({}))).await.status, 204);
-    told.push(get(&app, &other, "/v1/jobs").await.problem(401, "invalid_key")["detail"].clone());
-    assert!(told.iter().all(|one| *one == told[0]), "{told:?}");
+    details.push(get(&app, &other, "/v1/jobs").await.problem(401, "invalid_key")["detail"].clone());
+    assert!(details.iter().all(|one| *one == details[0]), "{details:?}");
     app.stop().await;
 }
 

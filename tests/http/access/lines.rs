@@ -24,7 +24,7 @@ fn answered(said: &str) -> Vec<(String, String, u64)> {
 
 #[tokio::test]
 async fn checks_that_go_well_are_logged_for_debugging_alone() {
-    for (level, told, quiet) in [("info", "INFO", true), ("debug", "DEBUG", false)] {
+    for (level, written, quiet) in [("info", "INFO", true), ("debug", "DEBUG", false)] {
         let folder = tempfile::tempdir().unwrap();
         let server = Talkative::logging(level, &[], &folder.path().join("test.db"), &[]);
         let client = Client::builder().no_proxy().build().unwrap();
@@ -42,7 +42,7 @@ async fn checks_that_go_well_are_logged_for_debugging_alone() {
             assert_eq!(answer.status().is_success(), path != "/readyz?for=canary", "{path}");
             if !(quiet && is_check) {
                 let route = path.split('?').next().unwrap();
-                expected.push((told.to_owned(), route.to_owned(), u64::from(answer.status().as_u16())));
+                expected.push((written.to_owned(), route.to_owned(), u64::from(answer.status().as_u16())));
             }
         }
         // lines are written after the responses

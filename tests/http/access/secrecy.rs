@@ -56,10 +56,10 @@ async fn a_secret_is_returned_once_and_nowhere_else() {
     let make = || {
         client.post(url("/v1/keys")).header("idempotency-key", "one").json(&json!({"name": "canary", "role": "reader"}))
     };
-    let (status, told) = asked(make().bearer_auth(&admin)).await;
-    assert_eq!(status, 201, "{told}");
-    let canary = serde_json::from_str::<Value>(&told).unwrap()["key"].as_str().unwrap().to_owned();
-    assert!(holds(told.as_bytes(), &canary), "this once");
+    let (status, created) = asked(make().bearer_auth(&admin)).await;
+    assert_eq!(status, 201, "{created}");
+    let canary = serde_json::from_str::<Value>(&created).unwrap()["key"].as_str().unwrap().to_owned();
+    assert!(holds(created.as_bytes(), &canary), "this once");
     // every way in which it is sent, right and wrong, and what comes back
     let mut texts = String::new();
     for request in [
@@ -202,7 +202,7 @@ async fn a_token_appears_nowhere() {
 }
 
 /// The program with these arguments, where each variable that may lead to a secret holds one.
-fn told(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, String) {
+fn output_of(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, String) {
     let (code, out, err) = program(arguments, environment);
     (code, out + &err)
 }
@@ -223,7 +223,7 @@ fn help_shows_no_secret() {
     ]
     .map(|name| (name, url.as_str()))
     .into();
-    let (_, all) = told(&["--help"], &variables);
+    let (_, all) = output_of(&["--help"], &variables);
     let commands = all.split("Commands:").nth(1).unwrap().split("\n\n").next().unwrap();
     // continuation lines are indented further
     let commands = commands.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
@@ -231,12 +231,12 @@ fn help_shows_no_secret() {
     assert!(commands.contains(&"backup") && commands.contains(&"healthcheck"), "{commands:?}");
     let mut shown = all.clone();
     for command in commands.iter().filter(|command| **command != "help") {
-        let (code, help) = told(&[command, "--help"], &variables);
+        let (code, help) = output_of(&[command, "--help"], &variables);
         assert_eq!(code, Some(0), "{help}");
         shown.push_str(&help);
     }
     for arguments in [&["keys", "create", "--help"][..], &["audit", "verify", "--help"], &["-h"]] {
-        shown.push_str(&told(arguments, &variables).1);
+        shown.push_str(&output_of(arguments, &variables).1);
     }
     for (name, _) in &variables {
         assert!(shown.contains(name), "{name}");
@@ -267,7 +267,7 @@ fn errors_show_no_password() {
             &["audit", "verify", "--database-url", url],
             &["keys", "create", "--role", "root", "--database-url", url],
         ] {
-            let (code, said) = told(arguments, &[]);
+            let (code, said) = output_of(arguments, &[]);
             assert!(code.is_some_and(|code| code != 0) && !said.is_empty(), "{arguments:?}: {said}");
             assert!(!said.contains(PASSWORD), "{arguments:?}: {said}");
         }
@@ -286,7 +286,7 @@ fn errors_show_no_password() {
         (&["migrate", &issuer], &[]),
     ];
     for (arguments, variables) in others {
-        let (code, said) = told(arguments, variables);
+        let (code, said) = output_of(arguments, variables);
         assert!(code.is_some_and(|code| code != 0) && !said.is_empty(), "{arguments:?}: {said}");
         assert!(!said.contains(PASSWORD), "{arguments:?}: {said}");
     }

@@ -74,8 +74,8 @@ impl Talkative {
 
     /// Sends the server the signal to end.
     pub fn terminate(&self) {
-        let told = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().unwrap();
-        assert!(told.success());
+        let status = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().unwrap();
+        assert!(status.success());
     }
 
     /// Ends the server by a signal, and returns its whole log.

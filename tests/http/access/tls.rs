@@ -456,20 +456,20 @@ async fn a_certificate_is_a_key() {
         };
         let (key, secret) = keys.create(draft, None).await.unwrap();
         assert!(secret.is_none());
-        let told = whoami(Some(&known), "").await;
-        assert!(told.starts_with("HTTP/1.1 200") && told.contains(&format!("key-{}", key.id)), "{told}");
-        assert!(told.contains(r#""role":"reader""#), "{told}");
+        let response = whoami(Some(&known), "").await;
+        assert!(response.starts_with("HTTP/1.1 200") && response.contains(&format!("key-{}", key.id)), "{response}");
+        assert!(response.contains(r#""role":"reader""#), "{response}");
         for (own, more, code) in [
             (Some(&unknown), "", "unauthorized"),
             (None, "", "unauthorized"),
             // a key that is sent is what counts
             (Some(&known), "x-api-key: wrong\r\n", "invalid_key"),
         ] {
-            let told = whoami(own, more).await;
-            assert!(told.starts_with("HTTP/1.1 401") && told.contains(code), "{told}");
+            let response = whoami(own, more).await;
+            assert!(response.starts_with("HTTP/1.1 401") && response.contains(code), "{response}");
         }
         keys.revoke(key.id).await.unwrap();
-        let told = whoami(Some(&known), "").await;
-        assert!(told.starts_with("HTTP/1.1 401") && told.contains("invalid_key"), "{told}");
+        let response = whoami(Some(&known), "").await;
+        assert!(response.starts_with("HTTP/1.1 401") && response.contains("invalid_key"), "{response}");
     }
 }

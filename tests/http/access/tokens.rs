@@ -68,11 +68,11 @@ async fn every_algorithm_is_accepted() {
         let expires = now() + 300;
         let mut claims = engineer();
         (claims["exp"], claims["sub"]) = (expires.into(), format!("jane of {}", key.name).into());
-        let told = whoami(&app, &issuer.token(key, claims)).await;
-        assert_eq!(told.status, 200, "{}: {}", key.algorithm, told.text);
+        let response = whoami(&app, &issuer.token(key, claims)).await;
+        assert_eq!(response.status, 200, "{}: {}", key.algorithm, response.text);
         let expected = format!("{:.6}", jiff::Timestamp::from_second(expires as i64).unwrap());
         assert_eq!(
-            told.json(),
+            response.json(),
             json!({
                 "tenant": "default", "actor": format!("jane of {}", key.name), "kind": "token", "role": "engineer",
                 "scopes": ["read", "compute", "measure", "decide"], "expires_at": expected,
@@ -170,7 +170,7 @@ async fn invalid_tokens_are_refused() {
     issuer.publish(&[&rs, &es]);
     let app = accepting(&issuer).await;
     assert_eq!(whoami(&app, &issuer.token(&rs, engineer())).await.status, 200);
-    let mut told = Vec::new();
+    let mut details = Vec::new();
     let wrong = wrong_tokens(&issuer, &rs, &es);
     assert!(wrong.len() > 35, "{}", wrong.len());
     for (what, token) in wrong {
@@ -184,11 +184,11 @@ async fn invalid_tokens_are_refused() {
         assert_eq!(problem["title"], "The API key or token cannot be used", "{what}");
         // what has not even the form of a token is taken for a key
         if token.split('.').count() == 3 && token.starts_with("ey") {
-            told.push(problem["detail"].as_str().unwrap().to_owned());
+            details.push(problem["detail"].as_str().unwrap().to_owned());
         }
     }
-    told.dedup();
-    assert_eq!(told.len(), 1, "one text for all: {told:?}");
+    details.dedup();
+    assert_eq!(details.len(), 1, "one text for all: {details:?}");
     // a little is forgiven to clocks, a list may name the audience, and a key need not be named
     for good in [json!({"exp": now() - 10}), json!({"nbf": now() + 15}), json!({"aud": ["other", "cell"]})] {
         let mut claims = issuer.claims(engineer());
@@ -401,7 +401,7 @@ async fn a_provider_that_is_another_is_not_believed() {
     whoami(&app, &issuer.token(&key, engineer())).await.problem(503, "issuer_unavailable");
     assert!(issuer.asked().is_empty());
     // with a given address of the keys no discovery takes place
-    let told = TestApp::start_with(|settings| {
+    let configured = TestApp::start_with(|settings| {
         settings.auth = flankfit::config::Authentication::Required;
         let root = issuer.url.trim_end_matches("/realms/plant");
         settings.oidc = OidcSettings {
@@ -412,11 +412,11 @@ async fn a_provider_that_is_another_is_not_believed() {
         };
     })
     .await;
-    assert_eq!(whoami(&told, &issuer.token(&key, engineer())).await.json()["actor"], "jane.doe");
+    assert_eq!(whoami(&configured, &issuer.token(&key, engineer())).await.json()["actor"], "jane.doe");
     let keyless = format!("{}.{}", base64(b"{}"), base64(b"{}"));
-    whoami(&told, &keyless).await.problem(401, "invalid_key");
+    whoami(&configured, &keyless).await.problem(401, "invalid_key");
     app.stop().await;
-    told.stop().await;
+    configured.stop().await;
 }
 
 #[tokio::test]
@@ -439,10 +439,10 @@ async fn the_provider_is_reached_over_tls() {
             };
         })
         .await;
-        let told = whoami(&app, &issuer.token(&key, json!({"role": "reader"}))).await;
+        let response = whoami(&app, &issuer.token(&key, json!({"role": "reader"}))).await;
         match is_known {
-            true => assert_eq!(told.json()["kind"], "token", "{}", told.text),
-            false => _ = told.problem(503, "issuer_unavailable"),
+            true => assert_eq!(response.json()["kind"], "token", "{}", response.text),
+            false => _ = response.problem(503, "issuer_unavailable"),
         }
         app.stop().await;
     }

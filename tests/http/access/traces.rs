@@ -248,7 +248,7 @@ async fn until_dropped(base: &str) {
 
 /// A collector that is away costs spans and nothing else.
 #[tokio::test]
-async fn spans_that_nobody_takes_are_counted() {
+async fn dropped_spans_are_counted() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = format!("http://{}", free_address());
     let arguments = ["--otlp-endpoint", &endpoint, "--otlp-sample", "1"];
@@ -341,7 +341,7 @@ fn silent_collector() -> (String, mpsc::Receiver<()>) {
 
 /// One that says nothing holds up neither requests nor the end.
 #[tokio::test]
-async fn nobody_waits_for_a_collector_that_says_nothing() {
+async fn a_silent_collector_delays_no_request() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, asked) = silent_collector();
     let arguments = ["--otlp-endpoint", &endpoint, "--otlp-sample", "1", "--auth", "off"];

@@ -32,19 +32,19 @@ async fn figures_of_a_surface_have_intervals_and_conform() {
     request["tolerance_limits"] = json!({
         "class": 5, "profile_slope_um": [slope - 50.0, slope + 50.0], "twist_um": [900.0, 901.0]
     });
-    let told = taken(&app, "/v1/gears/flank-surface", &request).await;
-    let slope = &told["profile_slope_um"]["conformity"];
+    let surface = taken(&app, "/v1/gears/flank-surface", &request).await;
+    let slope = &surface["profile_slope_um"]["conformity"];
     assert_eq!(slope["verdict"], "conforms");
     assert!(number(&slope["probability"][0]) > 0.999);
-    assert_eq!(told["twist_um"]["conformity"]["verdict"], "does_not_conform");
+    assert_eq!(surface["twist_um"]["conformity"]["verdict"], "does_not_conform");
     // f_HβT of class 5
-    let helix = &told["helix_slope_um"]["conformity"]["limits_um"];
+    let helix = &surface["helix_slope_um"]["conformity"]["limits_um"];
     assert!(number(&helix[0]) == -number(&helix[1]) && number(&helix[1]) > 1.0);
-    assert!(told["helix_crowning_um"].get("conformity").is_none());
+    assert!(surface["helix_crowning_um"].get("conformity").is_none());
     // the level is that of the fit
     request["level"] = json!(0.99);
     let wider = taken(&app, "/v1/gears/flank-surface", &request).await;
-    assert!(number(&wider["twist_um"]["interval"][1]) > number(&told["twist_um"]["interval"][1]));
+    assert!(number(&wider["twist_um"]["interval"][1]) > number(&surface["twist_um"]["interval"][1]));
 }
 
 /// A limit above any figure is how a client writes that there is none on that side.
@@ -92,9 +92,9 @@ async fn an_uncovered_range_is_warned_of() {
     request["profile"] = json!([6, 7.5, 9, 10.5, 12]);
     request["border_percent"] = json!({"root": 5, "tip": 5, "toe": 0, "heel": 0});
     let cut = taken(&app, "/v1/gears/flank-surface", &request).await;
-    let told = &cut["warnings"][0];
-    assert_eq!((&told["code"], &told["pointer"]), (&json!("range_not_covered"), &json!("/border_percent")));
-    assert!((number(&told["params"]["covered"]) - 3.0 / 5.4).abs() < 1e-9, "{told}");
+    let warning = &cut["warnings"][0];
+    assert_eq!((&warning["code"], &warning["pointer"]), (&json!("range_not_covered"), &json!("/border_percent")));
+    assert!((number(&warning["params"]["covered"]) - 3.0 / 5.4).abs() < 1e-9, "{warning}");
     for name in ["profile_slope_um", "profile_crowning_um"] {
         assert!(holds(&cut[name]), "{cut}");
         assert!(cut[name].get("conformity").is_none() && cut[name].get("within").is_none(), "{cut}");
@@ -110,9 +110,9 @@ async fn places_outside_the_face_are_refused_or_warned_of() {
     request["z_mm"][4] = json!(1e30);
     assert_eq!(pointers(&app, "/v1/gears/flank-surface", &request).await, ["/z_mm/4"]);
     request["z_mm"][4] = json!(100);
-    let told = taken(&app, "/v1/gears/flank-surface", &request).await["warnings"][0].clone();
-    assert_eq!((&told["code"], &told["pointer"]), (&json!("outside_face_width"), &json!("/z_mm")));
-    assert_eq!(told["message"], "the nodes span 99 mm in z, but the face is 15 mm wide: check the unit");
+    let warning = taken(&app, "/v1/gears/flank-surface", &request).await["warnings"][0].clone();
+    assert_eq!((&warning["code"], &warning["pointer"]), (&json!("outside_face_width"), &json!("/z_mm")));
+    assert_eq!(warning["message"], "the nodes span 99 mm in z, but the face is 15 mm wide: check the unit");
 }
 
 #[tokio::test]
@@ -191,7 +191,7 @@ async fn records_keep_intervals_and_decisions() {
 
 /// A tip relief in the nodes that a surface of second order cannot follow.
 #[tokio::test]
-async fn a_verdict_says_whether_its_assumptions_hold() {
+async fn a_verdict_reports_violated_assumptions() {
     let app = TestApp::start().await;
     let mut request = examples("gear_flank_surface")[0].1.clone();
     let profile: Vec<f64> = (0..11).map(|i| 6.0 + 0.6 * f64::from(i)).collect();

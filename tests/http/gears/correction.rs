@@ -295,18 +295,18 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     are(figures, "/predicted", [0.0, 0.0, 0.0, 0.0, -4.0], 0.2);
     // half of it comes
     assert_eq!(send(app.post(&place, flank(surface(0.5)).to_string())).await.status, 201);
-    let told = send(app.get(&path)).await.json();
-    let changes = &told["answer"]["figure_changes"];
+    let correction = send(app.get(&path)).await.json();
+    let changes = &correction["answer"]["figure_changes"];
     are(changes, "/measured/value_um", [3.0, 2.0 * 15.0 / 13.0, 1.5, 1.0, -4.0], 1e-6);
-    assert_eq!(told["answer"]["verdict"], "weaker", "{}", told["answer"]["sentence"]);
-    let slope = &told["answer"]["figure_changes"]["profile_slope_um"];
+    assert_eq!(correction["answer"]["verdict"], "weaker", "{}", correction["answer"]["sentence"]);
+    let slope = &correction["answer"]["figure_changes"]["profile_slope_um"];
     for (name, want) in [("before", 6.0), ("measured", 3.0), ("change", -3.0)] {
         assert!((slope[name]["value_um"].as_f64().unwrap() - want).abs() < 1e-6, "{name} {slope}");
         let [low, high] = [0, 1].map(|end| slope[name]["interval_um"][end].as_f64().unwrap());
         assert!(low <= want + 1e-6 && want - 1e-6 <= high, "{name} {slope}");
     }
-    let [low, high] = [0, 1].map(|end| told["answer"]["response_ratio_interval"][end].as_f64().unwrap());
-    assert!(low < 0.5 && 0.5 < high && high < 1.0, "{}", told["answer"]);
+    let [low, high] = [0, 1].map(|end| correction["answer"]["response_ratio_interval"][end].as_f64().unwrap());
+    assert!(low < 0.5 && 0.5 < high && high < 1.0, "{}", correction["answer"]);
     // a matrix may be of any nodes
     let matrix = send(app.post(&path, json!({"sensitivity": sensitivity()}).to_string())).await.json();
     assert_eq!(matrix["result"].get("figures"), None);
@@ -329,15 +329,15 @@ async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
     let iterations = trace["iterations"].as_array().unwrap();
     assert_eq!(iterations.len(), 3);
     assert_eq!(iterations[0]["records"][0]["kind"], "correction");
-    let told = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
-    assert_eq!(told["answer"]["verdict"], "as_predicted", "{}", told["answer"]);
+    let correction = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
+    assert_eq!(correction["answer"]["verdict"], "as_predicted", "{}", correction["answer"]);
     // settings that ran away made the flank worse: that is no answer as predicted
     let job = format!("/v1/jobs/{}", answer["runs"][1]["job_id"].as_str().unwrap());
-    let told = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
-    let [before, after] = ["rms_before_um", "rms_measured_um"].map(|key| told["answer"][key].as_f64().unwrap());
-    assert!(after > before, "{}", told["answer"]);
-    assert_eq!(told["answer"]["verdict"], "undecided", "{}", told["answer"]);
-    assert_eq!(told["answer"].get("response_ratio"), None);
+    let correction = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
+    let [before, after] = ["rms_before_um", "rms_measured_um"].map(|key| correction["answer"][key].as_f64().unwrap());
+    assert!(after > before, "{}", correction["answer"]);
+    assert_eq!(correction["answer"]["verdict"], "undecided", "{}", correction["answer"]);
+    assert_eq!(correction["answer"].get("response_ratio"), None);
     let again = json!({"seed": 1, "store": false});
     let dry = taken(&app, "/v1/simulations/closed-loop", &again).await;
     assert_eq!(dry["runs"][0].get("job_id"), None);

@@ -148,9 +148,9 @@ async fn traces_are_given_with_nodes_or_with_the_correction() {
     measure(&app, &job, with(flank(1.0, shape), Some("left"), None, None)).await;
     let request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     let one = correct(&app, &format!("{job}/iterations/1/correction"), &request).await;
-    let mut told = request.clone();
-    told["trace"] = json!((0..20).map(|k| k / 5).collect::<Vec<_>>());
-    let two = correct(&app, &format!("{job}/iterations/2/correction"), &told).await;
+    let mut traced = request.clone();
+    traced["trace"] = json!((0..20).map(|k| k / 5).collect::<Vec<_>>());
+    let two = correct(&app, &format!("{job}/iterations/2/correction"), &traced).await;
     for part in ["settings", "predicted", "figures", "warnings"] {
         assert_eq!(one[part], two[part], "{part}");
     }
@@ -164,8 +164,8 @@ async fn traces_are_given_with_nodes_or_with_the_correction() {
         .collect();
     assert!(undetermined.contains(&"profile_angle") && !undetermined.contains(&"helix_angle"), "{undetermined:?}");
     // of columns that are profiles the lengths cannot speak, the numbers can
-    told["trace"] = json!((0..20).map(|k| k % 5).collect::<Vec<_>>());
-    let three = correct(&app, &format!("{job}/iterations/2/correction"), &told).await;
+    traced["trace"] = json!((0..20).map(|k| k % 5).collect::<Vec<_>>());
+    let three = correct(&app, &format!("{job}/iterations/2/correction"), &traced).await;
     assert!(change(&three, "profile_angle") != 0.0 && change(&three, "helix_angle") == 0.0, "{three}");
     // heights of one zero are not compared with traces that have a zero each
     correct(&app, &format!("{job}/iterations/2/correction"), &request).await;

@@ -42,7 +42,7 @@ async fn correct(app: &TestApp, job: &str, body: &Value) -> Answer {
     made
 }
 
-async fn told(app: &TestApp, job: &str) -> Value {
+async fn correction_of(app: &TestApp, job: &str) -> Value {
     send(app.get(&format!("{job}/iterations/1/correction"))).await.json()
 }
 
@@ -68,7 +68,7 @@ async fn a_correction_is_compared_by_the_gear_that_it_was_made_for() {
     measure(&app, &job, &flank(1.0, [1.0; 3], None)).await;
     correct(&app, &job, &by_machine()).await;
     measure(&app, &job, &flank(0.5, [1.0; 3], None)).await;
-    let before = told(&app, &job).await;
+    let before = correction_of(&app, &job).await;
     assert_eq!((&before["gear"], &before["answer"]["verdict"]), (&spur(), &json!("weaker")), "{before}");
     // another gear: other settings follow from it, but not for what was corrected
     let mut other = spur();
@@ -80,9 +80,9 @@ async fn a_correction_is_compared_by_the_gear_that_it_was_made_for() {
     }
     let patch = async |body: Value| send(app.client.request(Method::PATCH, app.url(&job)).json(&body)).await;
     assert_eq!(patch(json!({"gear": other})).await.status, 200);
-    assert_eq!(told(&app, &job).await, before);
+    assert_eq!(correction_of(&app, &job).await, before);
     assert_eq!(patch(json!({"clear": ["gear"]})).await.status, 200);
-    assert_eq!(told(&app, &job).await, before);
+    assert_eq!(correction_of(&app, &job).await, before);
     // the record says it as well, and so do those of deviations
     let record = format!("{job}/iterations/1/records/{}", before["id"].as_str().unwrap());
     assert_eq!(send(app.get(&record)).await.json()["gear"], spur());
@@ -109,13 +109,13 @@ async fn a_correction_without_its_gear_is_compared_as_long_as_it_is_the_same() {
     let mut own = SqliteConnectOptions::new().filename(file).connect().await.unwrap();
     sqlx::raw_sql("DROP TRIGGER records_no_update; UPDATE records SET gear = NULL").execute(&mut own).await.unwrap();
     sqlx::Connection::close(own).await.unwrap();
-    let before = told(&app, &job).await;
+    let before = correction_of(&app, &job).await;
     assert_eq!((before.get("gear"), &before["answer"]["verdict"]), (None, &json!("weaker")), "{before}");
     let mut other = spur();
     other["normal_pressure_angle_deg"] = json!(17.5);
     let patched = send(app.client.request(Method::PATCH, app.url(&job)).json(&json!({"gear": other}))).await;
     assert_eq!(patched.status, 200, "{}", patched.text);
-    let after = told(&app, &job).await;
+    let after = correction_of(&app, &job).await;
     assert_eq!(after.get("answer"), None, "{after}");
     assert!(after["not_compared"].as_str().unwrap().contains("the gear of the job has changed since"), "{after}");
     app.stop().await;
@@ -141,17 +141,17 @@ async fn axes_that_say_the_same_in_other_units_are_compared() {
         measure(&app, &job, &flank(1.0, [1.0; 3], None)).await;
         correct(&app, &job, &request).await;
         measure(&app, &job, &flank(0.5, factors, Some(axes.clone()))).await;
-        let found = told(&app, &job).await;
+        let found = correction_of(&app, &job).await;
         let plain = {
             let job = super::import::job(&app, Some(spur())).await;
             measure(&app, &job, &flank(1.0, [1.0; 3], None)).await;
             correct(&app, &job, &request).await;
             measure(&app, &job, &flank(0.5, [1.0; 3], None)).await;
-            told(&app, &job).await
+            correction_of(&app, &job).await
         };
         assert_eq!(found["answer"]["verdict"], "weaker", "{axes}: {found}");
         for key in ["response_ratio", "rms_measured_um", "chi_squared"] {
-            let [a, b] = [&found, &plain].map(|told| told["answer"][key].as_f64().unwrap());
+            let [a, b] = [&found, &plain].map(|one| one["answer"][key].as_f64().unwrap());
             close(a, b, 1e-6 * b.abs());
         }
         app.stop().await;
@@ -192,7 +192,7 @@ async fn axes_that_say_something_else_are_not_compared() {
         measure(&app, &job, &first).await;
         correct(&app, &job, &request).await;
         measure(&app, &job, &second).await;
-        let found = told(&app, &job).await;
+        let found = correction_of(&app, &job).await;
         assert_eq!(found.get("answer"), None, "{found}");
         assert!(found["not_compared"].as_str().unwrap().contains(why), "{why}: {}", found["not_compared"]);
     }

@@ -215,7 +215,7 @@ async fn a_design_is_the_target_of_its_job() {
 
 /// Without a design and limits the target is the unmodified flank, with a warning.
 #[tokio::test]
-async fn a_crowning_that_nobody_speaks_of_is_not_removed_silently() {
+async fn a_crowning_without_target_is_not_removed_silently() {
     let app = TestApp::start().await;
     let path = measured(&app, &Value::Null, [7.0, -9.0, 3.7, 5.5]).await;
     let made = correct(&app, &path, json!({})).await;

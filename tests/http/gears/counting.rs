@@ -39,7 +39,7 @@ async fn the_direction_of_counting_decides_the_run_out() {
 }
 
 #[tokio::test]
-async fn code_161_says_which_way_teeth_are_counted() {
+async fn code_161_determines_the_direction_of_tooth_numbers() {
     let app = TestApp::start().await;
     let text = String::from_utf8(file(&[])).unwrap();
     let at = text[..text.find("ZSDEF").unwrap()].rfind('\n').unwrap() + 1;

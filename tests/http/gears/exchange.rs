@@ -189,9 +189,9 @@ async fn files_of_another_gear_are_refused_and_differences_warned_of() {
         let id = records["items"][0]["id"].as_str().unwrap();
         let kept = send(app.get(&format!("{place}/iterations/1/records/{id}"))).await.json();
         let warnings = kept["result"]["warnings"].as_array().unwrap();
-        let told =
+        let warned =
             warnings.iter().any(|w| w["code"] == "gear_differs" && w["message"].as_str().unwrap().contains(name));
-        assert!(told, "{warnings:?}");
+        assert!(warned, "{warnings:?}");
     }
     // the job's own gear takes precedence
     let own = job(&app, Some(spur())).await;

@@ -253,7 +253,7 @@ async fn slopes_refer_to_the_face_width_or_the_evaluated_range() {
 
 /// The standard covers face widths from 4 mm.
 #[tokio::test]
-async fn a_class_that_bounds_nothing_is_left_aside_and_said_so() {
+async fn a_class_that_bounds_nothing_is_ignored_with_a_warning() {
     let app = TestApp::start().await;
     let mut gear = spur();
     gear["face_width_mm"] = json!(3.5);
@@ -362,11 +362,11 @@ async fn listed_jobs_have_figures_and_class() {
     let listed = async |query: &str| get(&app, &format!("/v1/jobs{query}")).await["items"].clone();
     assert_eq!((listed("").await[0].get("figures"), listed("").await[0].get("class")), (None, None));
     let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
-    let told = listed("").await[0]["figures"].clone();
+    let in_list = listed("").await[0]["figures"].clone();
     for name in FIGURES {
-        assert_eq!(told[name], figures[name]["value"], "{name}");
+        assert_eq!(in_list[name], figures[name]["value"], "{name}");
     }
-    assert_eq!(told["within"], json!(false), "the profile slope is beyond its limits");
+    assert_eq!(in_list["within"], json!(false), "the profile slope is beyond its limits");
     assert_eq!(listed("").await[0]["flank"], json!("right"), "whose figures they are");
     let mut evaluation = examples("create_iteration_evaluation")[0].1.clone();
     evaluation["traces"][0]["flank"] = json!("right");

@@ -196,12 +196,12 @@ async fn crosses_and_single_traces_are_imported_as_far_as_determined() {
     assert_eq!(records["items"][0]["kind"], "evaluation");
     // two parallel traces with one zero determine all but the square across them; with a zero each
     // nothing across
-    for (profile, shared, terms_told) in [(true, true, 6), (false, true, 6), (true, false, 3), (false, false, 3)] {
+    for (profile, shared, term_count) in [(true, true, 6), (false, true, 6), (true, false, 3), (false, false, 3)] {
         let beside = |trace: &Trace| trace.profile == profile && trace.tooth != "1";
         let spec = json!({"evaluation": {"traces_share_zero": shared}});
         let made = import(&app, &job, file_of(false, beside), "1.mka", Some(spec)).await;
         assert_eq!(made.status, 201, "{}", made.text);
-        assert_eq!(terms(&made).len(), terms_told);
+        assert_eq!(terms(&made).len(), term_count);
         assert!(made.json()["note"].as_str().unwrap().contains("parallel"), "{}", made.json()["note"]);
         assert_eq!(made.json()["axes"]["z"].get("trace_lengths").is_none(), shared);
     }

@@ -84,10 +84,10 @@ async fn flank_tooth_and_axes_are_added_later_and_stay_in_the_trace() {
     let unit = json!({"z": {"quantity": "deviation", "unit": "µm"}});
     let patch =
         json!({"axes": unit, "flank": "right", "tooth": "1", "decision": "accepted", "reason": "said at the gauge"});
-    let told = ok(&app, &place, &patch).await;
-    assert_eq!((&told["flank"], &told["tooth"], &told["axes"]), (&json!("right"), &json!("1"), &axes()));
-    assert_eq!(told["decision"], "accepted");
-    let figures = chosen(&told)["figures"].clone();
+    let changed = ok(&app, &place, &patch).await;
+    assert_eq!((&changed["flank"], &changed["tooth"], &changed["axes"]), (&json!("right"), &json!("1"), &axes()));
+    assert_eq!(changed["decision"], "accepted");
+    let figures = chosen(&changed)["figures"].clone();
     for name in LIMITS {
         assert_eq!(figures[name], want[name], "{name}");
     }
@@ -127,8 +127,8 @@ async fn figures_wait_for_the_gear() {
     let place = format!("{job}/iterations/1");
     assert_eq!(patched(&app, &place, &json!({"decision": "accepted"})).await.pointers(), ["/decision"]);
     ok(&app, &job, &json!({"gear": spur()})).await;
-    let told = ok(&app, &place, &json!({"decision": "accepted"})).await;
-    assert_eq!(chosen(&told)["figures"]["profile_slope_um"]["conformity"]["verdict"], "conforms");
+    let accepted = ok(&app, &place, &json!({"decision": "accepted"})).await;
+    assert_eq!(chosen(&accepted)["figures"]["profile_slope_um"]["conformity"]["verdict"], "conforms");
     app.stop().await;
 }
 

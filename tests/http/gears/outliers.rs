@@ -45,23 +45,23 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     let (result, figures) = (&made["fits"][0]["result"], &made["fits"][0]["figures"]);
 
     // the fit reports which node, by how much, and its effect on the coefficients
-    let told = warning(&result["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{result}"));
-    let params = &told["params"];
+    let suspects = warning(&result["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{result}"));
+    let params = &suspects["params"];
     let [node] = &params["nodes"].as_array().unwrap()[..] else { panic!("{params}") };
     assert_eq!((&node["index"], &node["row"], &node["column"]), (&json!(46), &json!(6), &json!(4)));
     assert!((number(&node["off"]) - 77.0).abs() < 1.0 && number(&node["off_sigmas"]) > 100.0, "{node}");
     assert_eq!(node["place"], json!([made_u(6), 9.0]));
     assert_eq!((&params["count"], &params["exceeds_interval"]), (&json!(1), &json!(true)));
     assert!(!params["moved"].as_array().unwrap().is_empty());
-    let message = told["message"].as_str().unwrap();
+    let message = suspects["message"].as_str().unwrap();
     assert!(message.contains("node 46 (row 6, column 4) by 7") && !message.contains("heavy tails"), "{message}");
 
     // so do the figures of the flank
-    let told = warning(&figures["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{figures}"));
-    assert_eq!(told["params"]["exceeds_interval"], json!(true));
+    let suspects = warning(&figures["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{figures}"));
+    assert_eq!(suspects["params"]["exceeds_interval"], json!(true));
     let moved = |name: &str| {
-        let all = told["params"]["figures"].as_array().unwrap().clone();
-        all.into_iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{name}: {told}"))
+        let all = suspects["params"]["figures"].as_array().unwrap().clone();
+        all.into_iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{name}: {suspects}"))
     };
     let crowning = moved("profile_crowning_um");
     assert_eq!(crowning["value"], figures["profile_crowning_um"]["value"]);
@@ -164,7 +164,7 @@ async fn invalid_exclusions_are_refused_with_their_pointer() {
 /// Near dependencies of raw powers far from 0 are caused by the basis, those of terms that a grid
 /// does not separate by the nodes.
 #[tokio::test]
-async fn a_dependency_says_whether_it_is_the_basis_or_the_nodes() {
+async fn a_dependency_is_attributed_to_basis_or_nodes() {
     let app = TestApp::start().await;
     let fit = |u: Vec<f64>, basis: &str| {
         let v: Vec<f64> = (0..9).map(|j| 30.0 + f64::from(j)).collect();

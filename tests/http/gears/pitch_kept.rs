@@ -235,7 +235,7 @@ async fn a_file_lists_its_traces_and_values() {
     let listed = read(&app, file(&[]), "1.mka").await.json();
     assert_eq!(listed["pitches"], json!(["left", "right"]));
     let traces = listed["traces"].as_array().unwrap();
-    let told: Vec<_> = traces
+    let found: Vec<_> = traces
         .iter()
         .map(|trace| {
             let number = |name: &str| trace[name].as_f64();
@@ -244,7 +244,7 @@ async fn a_file_lists_its_traces_and_values() {
         })
         .collect();
     assert_eq!(
-        told,
+        found,
         [(["1o", "left", "profile"], Some(60), Some(1), Some(14.0)), (["1", "left", "helix"], Some(40), Some(0), None),]
     );
     assert_eq!(traces[1]["section_roll_length_mm"], 8.889);
@@ -419,7 +419,7 @@ async fn pitches_of_a_file_are_held_against_it_too() {
 
 /// Tooth 1 before is tooth 3 after.
 #[tokio::test]
-async fn a_correction_says_by_how_many_teeth_the_numbers_are_shifted() {
+async fn a_correction_reports_the_shift_of_tooth_numbers() {
     let app = TestApp::start().await;
     let job = job(&app, Some(spur())).await;
     let nodes = |share: f64| {
@@ -448,9 +448,11 @@ async fn a_correction_says_by_how_many_teeth_the_numbers_are_shifted() {
     let path = format!("{job}/iterations/1/correction");
     assert!(send(app.get(&path)).await.json().get("tooth_shift").is_none(), "pitches of one measurement only");
     kept(format!("{job}/iterations/2/pitch"), shifted(2)).await;
-    let told = send(app.get(&path)).await.json()["tooth_shift"].clone();
-    assert_eq!(told["teeth"], 2, "{told}");
-    close(told["correlation"].as_f64().unwrap(), 1.0, 1e-9);
-    assert!(told["next_correlation"].as_f64().unwrap() < 0.99 && told["unshifted_correlation"].as_f64().unwrap() < 0.9);
+    let shift = send(app.get(&path)).await.json()["tooth_shift"].clone();
+    assert_eq!(shift["teeth"], 2, "{shift}");
+    close(shift["correlation"].as_f64().unwrap(), 1.0, 1e-9);
+    assert!(
+        shift["next_correlation"].as_f64().unwrap() < 0.99 && shift["unshifted_correlation"].as_f64().unwrap() < 0.9
+    );
     app.stop().await;
 }

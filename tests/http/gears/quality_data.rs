@@ -85,8 +85,8 @@ async fn every_figure_of_an_evaluation_is_a_characteristic() {
     assert!(count >= 20, "{count}");
     let figures = ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um", "twist_um"];
     let surfaces = answer["surfaces"].as_array().unwrap();
-    let told = surfaces.iter().flat_map(|surface| figures.iter().filter(|name| surface.get(**name).is_some())).count();
-    assert_eq!(file.declared, count + told + answer["twists"].as_array().unwrap().len());
+    let given = surfaces.iter().flat_map(|surface| figures.iter().filter(|name| surface.get(**name).is_some())).count();
+    assert_eq!(file.declared, count + given + answer["twists"].as_array().unwrap().len());
     app.stop().await;
 }
 

@@ -69,10 +69,14 @@ async fn a_missing_eccentricity_is_explained() {
     let app = TestApp::start().await;
     let readings: Vec<f64> = (0..20).map(|k| 1e-150 * f64::from(k)).collect();
     let answer = taken(&app, "/v1/gears/pitch", &json!({"gear": twenty(), "readings_um": readings})).await;
-    let told =
-        answer["runout"]["warnings"].as_array().unwrap().iter().find(|told| told["code"] == "no_eccentricity").unwrap();
+    let warning = answer["runout"]["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|warning| warning["code"] == "no_eccentricity")
+        .unwrap();
     let why = "no eccentricity: squares of these heights underflow in double precision: choose a smaller unit";
-    assert_eq!(told["message"], why);
+    assert_eq!(warning["message"], why);
     app.stop().await;
 }
 
@@ -144,14 +148,14 @@ async fn slopes_over_lengths_that_the_gear_has_not_got_have_no_class() {
     let app = TestApp::start().await;
     let z: Vec<f64> = (0..=10).map(f64::from).collect();
     let trace = json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": z, "deviation_um": z});
-    for (length, told) in [(10.0, true), (11.0, false)] {
+    for (length, has_class) in [(10.0, true), (11.0, false)] {
         let request = json!({"gear": twenty(), "traces": [trace],
                              "evaluation": {"helix_range_mm": [1.0, 9.0], "helix_reference_length_mm": length}});
         let answer = taken(&app, "/v1/gears/evaluate", &request).await;
         close(answer["traces"][0]["slope_um"].as_f64().unwrap(), length, 1e-9);
-        assert_eq!(answer["traces"][0].get("class").is_some(), told, "{length}");
+        assert_eq!(answer["traces"][0].get("class").is_some(), has_class, "{length}");
         let warned = answer["warnings"].to_string().contains("foreign_reference_length");
-        assert_eq!(warned, !told);
+        assert_eq!(warned, !has_class);
     }
     app.stop().await;
 }

@@ -202,12 +202,15 @@ async fn figures_of_a_surface_say_whether_they_lie_within() {
     let within = json!([-1000.0, 1000.0]);
     request["tolerance_limits"] = json!({"profile_slope_um": within, "twist_um": [900.0, 901.0],
         "left": {"twist_um": within}, "right": {"profile_slope_um": [900.0, 901.0]}});
-    let told = taken(&app, "/v1/gears/flank-surface", &request).await;
-    assert_eq!((&told["profile_slope_um"]["within"], &told["twist_um"]["within"]), (&json!(true), &json!(true)));
-    assert_eq!(told["helix_slope_um"].get("within"), None);
+    let surface = taken(&app, "/v1/gears/flank-surface", &request).await;
+    assert_eq!((&surface["profile_slope_um"]["within"], &surface["twist_um"]["within"]), (&json!(true), &json!(true)));
+    assert_eq!(surface["helix_slope_um"].get("within"), None);
     request["flank"] = json!("right");
-    let told = taken(&app, "/v1/gears/flank-surface", &request).await;
-    assert_eq!((&told["profile_slope_um"]["within"], &told["twist_um"]["within"]), (&json!(false), &json!(false)));
+    let surface = taken(&app, "/v1/gears/flank-surface", &request).await;
+    assert_eq!(
+        (&surface["profile_slope_um"]["within"], &surface["twist_um"]["within"]),
+        (&json!(false), &json!(false))
+    );
 }
 
 #[tokio::test]

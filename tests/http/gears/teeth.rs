@@ -90,8 +90,12 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
     for (teeth, flank) in [(&["4"][..], "left"), (&["30", "1"], "left"), (&["B"], "left"), (&["3"], "right")] {
         assert_eq!(pointers(&app, &path("evaluations"), &traces(teeth, flank)).await, ["/traces"], "{teeth:?} {flank}");
     }
-    let told = kept("evaluations", &traces(&["4", "5"], "left")).await;
-    assert!(told.text.contains("of the left flank of tooth 3, not of the left flank of tooth 4"), "{}", told.text);
+    let refused = kept("evaluations", &traces(&["4", "5"], "left")).await;
+    assert!(
+        refused.text.contains("of the left flank of tooth 3, not of the left flank of tooth 4"),
+        "{}",
+        refused.text
+    );
     for teeth in [&["3"][..], &["3k"], &["4", "3"]] {
         assert_eq!(kept("evaluations", &traces(teeth, "left")).await.status, 201, "{teeth:?}");
     }
@@ -123,15 +127,15 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
     };
     for (flank, tooth, refused) in [("left", 3, false), ("right", 3, true), ("left", 4, true)] {
         let mut body = json!({"points": points(flank, tooth).await});
-        let untold = kept("deviations", &body).await;
+        let unnamed = kept("deviations", &body).await;
         let count = body["points"].as_array().unwrap().len();
         (body["flanks"], body["teeth"]) = (json!(vec![flank; count]), json!(vec![tooth; count]));
-        let told = kept("deviations", &body).await;
+        let named = kept("deviations", &body).await;
         if refused {
-            assert_eq!(untold.pointers(), ["/points"], "{flank} {tooth}");
-            assert_eq!(told.pointers(), [if tooth == 3 { "/flanks" } else { "/teeth" }], "{flank} {tooth}");
+            assert_eq!(unnamed.pointers(), ["/points"], "{flank} {tooth}");
+            assert_eq!(named.pointers(), [if tooth == 3 { "/flanks" } else { "/teeth" }], "{flank} {tooth}");
         } else {
-            assert_eq!((untold.status.as_u16(), told.status.as_u16()), (201, 201), "{} {}", untold.text, told.text);
+            assert_eq!((unnamed.status.as_u16(), named.status.as_u16()), (201, 201), "{} {}", unnamed.text, named.text);
         }
     }
     // laid in place by whole pitches, a part does not identify its teeth, but its flanks

@@ -42,11 +42,11 @@ async fn events_of_all_jobs_arrive_once_and_in_order() {
     app.delete(&two).await.expect(204);
 
     let all = some(&mut listener, 6).await;
-    let told: Vec<(&str, &Value, Option<&str>)> =
+    let seen: Vec<(&str, &Value, Option<&str>)> =
         all.iter().map(|(_, name, data)| (name.as_str(), &data["job_id"], data["job_state"].as_str())).collect();
     let (one, two, earlier) = (id_of(&one), id_of(&two), id_of(&earlier));
     assert_eq!(
-        told,
+        seen,
         [
             ("job", &one, Some("created")),
             ("job", &two, Some("created")),
@@ -124,7 +124,7 @@ async fn another_tenant_hears_nothing_of_it() {
     let own = app.job().await;
     assert!(!bell.has_changed().unwrap(), "the bell of a tenant rings for it alone");
     assert_eq!(listener.entry().await.unwrap().2["job_id"], id_of(&own));
-    assert!(timeout(Duration::from_millis(1500), listener.entry()).await.is_err(), "nothing more is told");
+    assert!(timeout(Duration::from_millis(1500), listener.entry()).await.is_err(), "there is no further event");
     app.stop().await;
 }
 

@@ -33,9 +33,9 @@ async fn the_audit_of_a_job_names_actor_and_change() {
     send(patch.json(&json!({"name": "pinion"}))).await.expect(200);
     let page: PageBody<EntryBody> = serde_json::from_str(&app.get(&audit_of(&job)).await.expect(200).text).unwrap();
     assert_eq!(page.next_cursor, None);
-    let told: Vec<_> = page.items.iter().map(|e| (&*e.action, &*e.subject)).collect();
+    let actions: Vec<_> = page.items.iter().map(|e| (&*e.action, &*e.subject)).collect();
     let first = format!("{job}/iterations/1");
-    assert_eq!(told, [("job.create", &*job), ("iteration.add", &*first), ("job.change", &*job)]);
+    assert_eq!(actions, [("job.create", &*job), ("iteration.add", &*first), ("job.change", &*job)]);
     assert!(
         page.items.iter().all(|e| e.actor.as_deref() == Some("anonymous") && e.peer.as_deref() == Some("127.0.0.1"))
     );
@@ -69,8 +69,8 @@ async fn a_deleted_job_leaves_its_entries() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     app.delete(&job).await.expect(204);
-    let told = app.get(&audit_of(&job)).await.expect(200).json();
-    assert_eq!(told["items"][1]["action"], "job.delete");
+    let audit = app.get(&audit_of(&job)).await.expect(200).json();
+    assert_eq!(audit["items"][1]["action"], "job.delete");
     assert_eq!(app.get(&verify_of(&job)).await.expect(200).json()["entries"], 2);
     app.stop().await;
 }

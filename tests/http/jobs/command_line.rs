@@ -80,7 +80,7 @@ fn missing_databases_and_files_are_reported_in_one_line() {
     let nowhere = directory.path().join("none.db");
     let copy = directory.path().join("copy.db");
     let missing = directory.path().join("request.json");
-    for (arguments, told) in [
+    for (arguments, parts) in [
         (vec!["backup", copy.to_str().unwrap()], ["there is no database at", "--database-url"]),
         (vec!["export", copy.to_str().unwrap()], ["there is no database at", "none.db"]),
         (vec!["purge", "--older-than", "1"], ["there is no database at", "none.db"]),
@@ -92,7 +92,7 @@ fn missing_databases_and_files_are_reported_in_one_line() {
         (vec!["healthcheck", "--bind", "127.0.0.1:1"], ["no server answers at 127.0.0.1:1", "flankfit serve"]),
     ] {
         let (done, said) = flankfit(&arguments, &nowhere);
-        assert!(!done && told.iter().all(|part| said.contains(part)), "{said}");
+        assert!(!done && parts.iter().all(|part| said.contains(part)), "{said}");
         assert_eq!(said.trim_end().lines().count(), 1, "{said}");
     }
     assert!(!nowhere.exists() && !copy.exists());
@@ -108,8 +108,8 @@ fn postgresql_is_backed_up_by_its_own_means() {
     let url = "postgres://owner:hidden@127.0.0.1:1/jobs";
     let (done, said) = flankfit(&["backup", copy.to_str().unwrap(), "--database-url", url], &copy);
     assert!(!done && !copy.exists());
-    let told = ["pg_basebackup", "write-ahead log", "point-in-time recovery", "pg_dump"];
-    assert!(told.iter().all(|part| said.contains(part)) && !said.contains("hidden"), "{said}");
+    let topics = ["pg_basebackup", "write-ahead log", "point-in-time recovery", "pg_dump"];
+    assert!(topics.iter().all(|part| said.contains(part)) && !said.contains("hidden"), "{said}");
     assert_eq!(said.trim_end().lines().count(), 1, "{said}");
 }
 

@@ -58,9 +58,9 @@ async fn readers_and_writers_do_not_meet_a_locked_database() {
     for answer in requests.join_all().await {
         assert!(answer.status.is_success(), "{}: {}", answer.status, answer.text);
     }
-    let told = app.get(&format!("{job}/trace")).await.json();
-    assert_eq!(told["iterations"].as_array().unwrap().len(), 41);
-    assert_eq!(told["iterations"][0]["decisions"].as_array().unwrap().len(), 40);
-    assert_eq!(told["iterations"][0]["choices"].as_array().unwrap().len(), 41);
+    let trace = app.get(&format!("{job}/trace")).await.json();
+    assert_eq!(trace["iterations"].as_array().unwrap().len(), 41);
+    assert_eq!(trace["iterations"][0]["decisions"].as_array().unwrap().len(), 40);
+    assert_eq!(trace["iterations"][0]["choices"].as_array().unwrap().len(), 41);
     app.stop().await;
 }

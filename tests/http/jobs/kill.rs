@@ -94,8 +94,8 @@ impl Server {
     }
 
     fn signal(&self, signal: &str) {
-        let told = Command::new("kill").args([signal, &self.id().to_string()]).status().unwrap();
-        assert!(told.success());
+        let status = Command::new("kill").args([signal, &self.id().to_string()]).status().unwrap();
+        assert!(status.success());
     }
 
     /// Exit status of the process, if it has ended.
@@ -241,9 +241,9 @@ async fn check(client: &Client, base: &str, job: &str, answered: &[Value], check
         assert_eq!((&iteration["fits"][0]["chosen"], iteration["fits"].as_array().unwrap().len()), (&json!(true), 1));
     }
     assert!(iterations.len() >= answered.len());
-    for told in &answered[*checked..] {
-        let number = told["number"].as_u64().unwrap();
-        let fit = alone(told, "/fits/0");
+    for acknowledged in &answered[*checked..] {
+        let number = acknowledged["number"].as_u64().unwrap();
+        let fit = alone(acknowledged, "/fits/0");
         let place = format!("{base}{job}/iterations/{number}/fits/{}", fit["id"].as_str().unwrap());
         assert_eq!(send(client.get(place)).await.expect(200).json(), fit);
     }

@@ -160,8 +160,8 @@ async fn later_includes_equal_initial_ones() {
         let refused = app.get(&format!("{}?{query}", place(&lean))).await.problem(422, "invalid_request");
         assert_eq!(refused, [if query.starts_with("includes") { "/includes" } else { "/include" }], "{query}");
     }
-    let told = app.get(&format!("{}?include=everything", place(&lean))).await.json();
-    let said = told["errors"][0]["detail"].as_str().unwrap();
+    let refused = app.get(&format!("{}?include=everything", place(&lean))).await.json();
+    let said = refused["errors"][0]["detail"].as_str().unwrap();
     assert!(said.starts_with("`everything` is not known; expected one of") && said.contains("`residuals`"), "{said}");
     app.get(&format!("{job}/iterations/1/fits/0190b0de-0000-7000-8000-000000000000")).await.problem(404, "not_found");
     app.stop().await;
@@ -180,7 +180,12 @@ async fn later_includes_bring_their_warnings() {
     let stored = app.post(&format!("{job}/iterations"), &body).await.expect(201).json();
     let place = format!("{job}/iterations/1/fits/{}", stored["fits"][0]["id"].as_str().unwrap());
     let codes = |result: &Value| -> Vec<String> {
-        result["warnings"].as_array().unwrap().iter().map(|told| told["code"].as_str().unwrap().to_owned()).collect()
+        result["warnings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|warning| warning["code"].as_str().unwrap().to_owned())
+            .collect()
     };
     assert!(!codes(&app.get(&place).await.expect(200).json()["result"]).contains(&"full_leverage".to_owned()));
     for (names, code) in [

@@ -13,26 +13,26 @@ use reqwest::{
 use serde_json::{Value, json};
 
 /// Compares the first iteration in the trace with the responses that made it.
-fn check_traced(told: &Value, first: &Value, second: &Value) {
-    assert_eq!(told["decision"], "remachine");
-    assert_eq!(told["measured_at"], "2026-11-21T08:30:00.000000Z");
-    assert_eq!(told["fits"][0]["id"], first["fits"][0]["id"]);
-    assert_eq!(told["fits"][1]["lambda_star"], 0.001);
-    assert_eq!(told["fits"][1]["criterion"], "fixed");
-    assert_eq!(told["fits"][1]["count"], 2);
-    assert_eq!(told["fits"][1]["reason"], "smoother");
-    assert_eq!(told["fits"][1]["coefficients"], second["result"]["coefficients"]);
+fn check_traced(traced: &Value, first: &Value, second: &Value) {
+    assert_eq!(traced["decision"], "remachine");
+    assert_eq!(traced["measured_at"], "2026-11-21T08:30:00.000000Z");
+    assert_eq!(traced["fits"][0]["id"], first["fits"][0]["id"]);
+    assert_eq!(traced["fits"][1]["lambda_star"], 0.001);
+    assert_eq!(traced["fits"][1]["criterion"], "fixed");
+    assert_eq!(traced["fits"][1]["count"], 2);
+    assert_eq!(traced["fits"][1]["reason"], "smoother");
+    assert_eq!(traced["fits"][1]["coefficients"], second["result"]["coefficients"]);
     let result = &second["result"];
-    assert_eq!(told["fits"][1]["condition"], result["spectrum"]["condition"]);
-    assert_eq!(told["fits"][1]["regularized_condition"], result["spectrum"]["regularized"]["condition"]);
-    assert_eq!(told["fits"][1]["bias_norm"], result["bias"]["norm"]);
-    assert_eq!(told["fits"][1]["bias_sharp_bound"], result["bias"]["sharp_bound"]);
-    assert_eq!(told["fits"][1]["rms"], result["residuals"]["rms"]);
-    assert_eq!(told["fits"][1]["max_abs"], result["residuals"]["max_abs"]);
-    assert_eq!(told["choices"][0]["fit_id"], first["fits"][0]["id"]);
-    assert_eq!(told["choices"][1]["fit_id"], second["id"]);
-    assert_eq!(told["choices"][1]["reason"], "less noise");
-    assert_eq!(told["decisions"][0]["decision"], "remachine");
+    assert_eq!(traced["fits"][1]["condition"], result["spectrum"]["condition"]);
+    assert_eq!(traced["fits"][1]["regularized_condition"], result["spectrum"]["regularized"]["condition"]);
+    assert_eq!(traced["fits"][1]["bias_norm"], result["bias"]["norm"]);
+    assert_eq!(traced["fits"][1]["bias_sharp_bound"], result["bias"]["sharp_bound"]);
+    assert_eq!(traced["fits"][1]["rms"], result["residuals"]["rms"]);
+    assert_eq!(traced["fits"][1]["max_abs"], result["residuals"]["max_abs"]);
+    assert_eq!(traced["choices"][0]["fit_id"], first["fits"][0]["id"]);
+    assert_eq!(traced["choices"][1]["fit_id"], second["id"]);
+    assert_eq!(traced["choices"][1]["reason"], "less noise");
+    assert_eq!(traced["decisions"][0]["decision"], "remachine");
 }
 
 /// Checks the iteration at `place` that was just created with the answer `created`, parsed as
@@ -152,7 +152,7 @@ async fn a_job_from_creation_to_acceptance() {
 }
 
 #[tokio::test]
-async fn a_replay_says_how_another_engines_answer_differs() {
+async fn a_replay_reports_differences_from_another_engine() {
     let mut app = TestApp::start_on_file().await;
     let job = app.job().await;
     // an answer short enough to be stored as text

@@ -136,7 +136,7 @@ async fn jobs_are_counted() {
         .into();
     let places = posted(&app, &bodies).await;
     app.post(&format!("{}/iterations", places[0]), &iteration()).await.expect(201);
-    let told = app.get("/v1/jobs/summary").await.expect(200).json();
+    let summary = app.get("/v1/jobs/summary").await.expect(200).json();
     let expected = json!([
         {"status": "new", "count": 3},
         {"status": "open", "count": 1},
@@ -144,11 +144,14 @@ async fn jobs_are_counted() {
         {"status": "accepted", "count": 0},
         {"status": "rejected", "count": 0}
     ]);
-    assert_eq!(told["by_status"], expected);
-    assert_eq!(told["by_machine"], json!([{"machine": "K300", "count": 2}, {"machine": "K200", "count": 1}]));
-    assert_eq!((&told["total"], &told["without_machine"], &told["earlier"]), (&json!(4), &json!(1), &json!(0)));
-    assert_eq!(told.get("other_machines"), None);
-    let weeks = told["by_week"].as_array().unwrap();
+    assert_eq!(summary["by_status"], expected);
+    assert_eq!(summary["by_machine"], json!([{"machine": "K300", "count": 2}, {"machine": "K200", "count": 1}]));
+    assert_eq!(
+        (&summary["total"], &summary["without_machine"], &summary["earlier"]),
+        (&json!(4), &json!(1), &json!(0))
+    );
+    assert_eq!(summary.get("other_machines"), None);
+    let weeks = summary["by_week"].as_array().unwrap();
     let begins: jiff::civil::Date = weeks[0]["begins"].as_str().unwrap().parse().unwrap();
     assert_eq!(begins.weekday(), jiff::civil::Weekday::Monday);
     let week = begins.iso_week_date();

@@ -19,14 +19,14 @@ fn axes() -> Value {
     })
 }
 
-fn told(body: &mut Value) {
+fn add_measurand(body: &mut Value) {
     body["flank"] = json!("right");
     body["tooth"] = json!("7");
     body["axes"] = axes();
 }
 
 #[track_caller]
-fn is_told(answer: &Value) {
+fn has_measurand(answer: &Value) {
     assert_eq!((&answer["flank"], &answer["tooth"]), (&json!("right"), &json!("7")), "{answer}");
     assert_eq!(answer["axes"], axes());
 }
@@ -36,35 +36,35 @@ async fn measurands_are_given_once_and_returned_everywhere() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let mut body = iteration();
-    told(&mut body);
+    add_measurand(&mut body);
     let created = app.post(&format!("{job}/iterations"), &body).await.expect(201);
-    is_told(&created.json());
-    is_told(&app.get(created.header("location").unwrap()).await.expect(200).json());
-    is_told(&app.get(&format!("{job}/trace")).await.expect(200).json()["iterations"][0]);
+    has_measurand(&created.json());
+    has_measurand(&app.get(created.header("location").unwrap()).await.expect(200).json());
+    has_measurand(&app.get(&format!("{job}/trace")).await.expect(200).json()["iterations"][0]);
 
     let mut spec = json!({"model": {"type": "polynomial", "degree": 1}});
-    told(&mut spec);
+    add_measurand(&mut spec);
     let form = Form::new()
         .part("spec", Part::text(spec.to_string()).mime_str("application/json").unwrap())
         .part("nodes", Part::text("u,v,z\n0,0,1\n1,0,2\n0,1,3\n1,1,4\n2,1,4\n").mime_str("text/csv").unwrap());
     let formed = send(app.request(Method::POST, &format!("{job}/iterations")).multipart(form)).await.expect(201);
-    is_told(&formed.json());
+    has_measurand(&formed.json());
 
     let mut spec = streams::spec();
-    told(&mut spec);
+    add_measurand(&mut spec);
     let opened = app.post(&format!("{job}/streams"), &spec).await.expect(201);
-    is_told(&opened.json());
+    has_measurand(&opened.json());
     let stream = opened.header("location").unwrap().to_owned();
     app.post(&format!("{stream}/nodes"), &streams::block(1, 0..20)).await.expect(200);
     app.restart().await;
-    is_told(&app.get(&stream).await.expect(200).json());
-    is_told(&app.post(&format!("{stream}/finish"), &json!({})).await.expect(201).json());
+    has_measurand(&app.get(&stream).await.expect(200).json());
+    has_measurand(&app.post(&format!("{stream}/finish"), &json!({})).await.expect(201).json());
 
     // they are optional, and a fit that is not stored takes them too
-    let untold = app.post(&format!("{job}/iterations"), &iteration()).await.expect(201).json();
-    assert!(["flank", "tooth", "axes"].iter().all(|key| untold.get(key).is_none()), "{untold}");
+    let without = app.post(&format!("{job}/iterations"), &iteration()).await.expect(201).json();
+    assert!(["flank", "tooth", "axes"].iter().all(|key| without.get(key).is_none()), "{without}");
     let mut fit = json!({"nodes": super::app::nodes(), "model": {"type": "polynomial", "degree": 1}});
-    told(&mut fit);
+    add_measurand(&mut fit);
     app.post("/v1/fits", &fit).await.expect(200);
     app.stop().await;
 }

@@ -34,7 +34,7 @@ const RESTART: &str = "$BIN/pg_ctl -D data -l log -m fast -w restart";
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Configures a direct URL behind which there is nobody, so that no notification arrives.
-fn untold(settings: &mut ServeSettings) {
+fn without_notifications(settings: &mut ServeSettings) {
     settings.postgres.database_direct_url = Some("postgres://nobody@127.0.0.1:1/nowhere".to_owned());
     settings.postgres.migrate = MigrateMode::Check;
 }
@@ -46,11 +46,11 @@ fn run(server: &Server, script: &str) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
-    for is_told in [true, false] {
+    for notified in [true, false] {
         let replicas = Replicas::on_postgres_with(2, |settings| {
             settings.auth = Authentication::Auto;
-            if !is_told {
-                untold(settings);
+            if !notified {
+                without_notifications(settings);
             }
         })
         .await;
@@ -70,11 +70,11 @@ async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
                 break answer;
             }
             // what is asked later is refused, however long the answer takes
-            assert!(asked_after < Duration::from_secs(5), "told: {is_told}");
+            assert!(asked_after < Duration::from_secs(5), "notified: {notified}");
             sleep(Duration::from_millis(20)).await;
         };
         refused.problem(401, "invalid_key");
-        println!("told: {is_told}; refused after {:?}", revoked.elapsed());
+        println!("notified: {notified}; refused after {:?}", revoked.elapsed());
         // the other keys go on
         asked(&admin).await.expect(200);
     }
@@ -86,11 +86,11 @@ async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
     const WITHIN: Duration = Duration::from_secs(30);
-    for is_told in [true, false] {
+    for notified in [true, false] {
         let replicas = Replicas::on_postgres_with(2, |settings| {
             settings.auth = Authentication::Auto;
-            if !is_told {
-                untold(settings);
+            if !notified {
+                without_notifications(settings);
             }
         })
         .await;
@@ -110,11 +110,11 @@ async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
         let place = format!("/v1/keys/{}", &key[4..20]);
         send(replicas.request(0, Method::DELETE, &place).bearer_auth(&admin)).await.expect(204);
         let closed = timeout(WITHIN, socket::close(&mut socket)).await.expect("the WebSocket ends");
-        assert_eq!(closed.map(u16::from), Some(1008), "told: {is_told}");
+        assert_eq!(closed.map(u16::from), Some(1008), "notified: {notified}");
         let next = timeout(WITHIN, listener.next()).await.expect("the events end");
-        assert!(next.is_none(), "told: {is_told}");
-        assert!(revoked.elapsed() < WITHIN, "told: {is_told}; after {:?}", revoked.elapsed());
-        println!("told: {is_told}; both ended after {:?}", revoked.elapsed());
+        assert!(next.is_none(), "notified: {notified}");
+        assert!(revoked.elapsed() < WITHIN, "notified: {notified}; after {:?}", revoked.elapsed());
+        println!("notified: {notified}; both ended after {:?}", revoked.elapsed());
     }
 }
 

@@ -198,13 +198,13 @@ async fn purged_data_is_gone_and_its_numbers_stay() {
     is_gone(&app.delete(&stream).await, "a stream's end");
 
     // what stays
-    let told = app.get(&job).await.expect(200);
-    assert!(told.json()["purged_at"].is_string(), "{}", told.text);
-    assert_eq!(app.get("/v1/jobs").await.expect(200).json()["items"][0]["purged_at"], told.json()["purged_at"]);
+    let stored = app.get(&job).await.expect(200);
+    assert!(stored.json()["purged_at"].is_string(), "{}", stored.text);
+    assert_eq!(app.get("/v1/jobs").await.expect(200).json()["items"][0]["purged_at"], stored.json()["purged_at"]);
     let is = app.get(&place).await.expect(200);
     assert_ne!(is.header("etag"), Some(tag.as_str()), "another tag, since it is another answer");
     let (is, mut was) = (is.json(), figures.json());
-    assert_eq!(is["purged_at"], told.json()["purged_at"]);
+    assert_eq!(is["purged_at"], stored.json()["purged_at"]);
     for gone in ["operator", "note"] {
         assert_eq!((is.get(gone), was[gone].is_string()), (None, true), "{gone}");
         was.as_object_mut().unwrap().remove(gone);
@@ -215,7 +215,7 @@ async fn purged_data_is_gone_and_its_numbers_stay() {
     let trace = app.get(&format!("{job}/trace")).await.expect(200);
     assert!(!trace.text.contains("J. Doe"), "{}", trace.text);
     let trace = trace.json();
-    assert_eq!(trace["job"], told.json());
+    assert_eq!(trace["job"], stored.json());
     let traced = &trace["iterations"][0];
     assert_eq!((&traced["decision"], &traced["fits"][0]["coefficients"]), (&json!("remachine"), &json!([])));
     assert_eq!(traced["fits"][0]["rms"], is["fits"][0]["rms"]);
@@ -244,7 +244,7 @@ async fn pages(file: &Path) -> (i64, i64) {
 
 /// The file of an SQLite database and its log have neither the names nor the space.
 #[tokio::test]
-async fn nobodys_name_is_left_in_the_file() {
+async fn no_name_is_left_in_the_file() {
     let mut app = TestApp::start_on_file().await;
     let named = |k: usize| {
         let mut body = iteration();

@@ -343,7 +343,7 @@ async fn nodes_on_a_line_wait_for_others() {
     assert!(waiting.get("result").is_none());
     assert_eq!(waiting["warnings"][0]["code"], "rank_deficient");
     assert_eq!(app.get(&stream).await.expect(200).json()["warnings"], waiting["warnings"]);
-    let told = app.post(&format!("{stream}/nodes"), &line(2, 3.0)).await.expect(200).json();
-    assert_eq!(told["result"]["spectrum"]["rank"], 4);
+    let response = app.post(&format!("{stream}/nodes"), &line(2, 3.0)).await.expect(200).json();
+    assert_eq!(response["result"]["spectrum"]["rank"], 4);
     app.stop().await;
 }

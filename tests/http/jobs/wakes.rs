@@ -76,7 +76,7 @@ async fn changes_without_notification_are_found_by_polling() {
     let delays = replicas.delays(&replicas.job().await, 3, Duration::from_millis(500)).await;
     assert!(delays[2] < 3 * LOOK, "{delays:?}");
     // each is posted half a second after a look, in which the one before was found
-    assert!(delays[1] > LOOK / 4, "nobody told: {delays:?}");
+    assert!(delays[1] > LOOK / 4, "without notification: {delays:?}");
 }
 
 /// A server that has lost the connection of its notifications reads everything once it is connected
@@ -114,8 +114,8 @@ async fn a_server_that_listens_again_polls_everything_at_once() {
         settings.postgres.database_direct_url = Some(direct);
     })
     .await;
-    let mut told = PgListener::connect(&replicas.url).await.unwrap();
-    told.listen("flankfit").await.unwrap();
+    let mut notifications = PgListener::connect(&replicas.url).await.unwrap();
+    notifications.listen("flankfit").await.unwrap();
     let job = replicas.job().await;
     let mut reader = replicas.listen(1, &job).await;
     let mut delays = Vec::new();
@@ -130,7 +130,7 @@ async fn a_server_that_listens_again_polls_everything_at_once() {
         let number = replicas.stored(&job).await;
         // later events have been notified by now
         replicas.stored(&other).await;
-        while !told.recv().await.unwrap().payload().contains(&id) {}
+        while !notifications.recv().await.unwrap().payload().contains(&id) {}
         let opened = Instant::now();
         gate.open();
         let (_, _, event) = reader.next().await.expect("an event");

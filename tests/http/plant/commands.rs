@@ -65,7 +65,7 @@ fn the_commands_of_the_document_lead_to_a_plant() {
     let expected = [1, 1, 2, 3, 4].map(|number| format!("\"number\":{number}"));
     assert_eq!(numbers, expected);
     for number in expected {
-        assert!(document.contains(&number) || number.ends_with('4'), "{number} is told");
+        assert!(document.contains(&number) || number.ends_with('4'), "{number} is documented");
     }
     let secret = read("plant/key");
     assert!(secret.trim().len() == 64 && !logs.contains(secret.trim()), "no secret is in a log");

@@ -103,8 +103,8 @@ fn metrics_of_alerts_exist_and_alerts_are_in_the_runbook() {
         assert!(["info", "warning", "critical"].contains(&at(rule, "/labels/severity").as_str().unwrap()), "{name}");
         assert!(at(rule, "/annotations/summary").is_string(), "{name}");
     }
-    let told: Vec<&str> = runbook.lines().filter_map(|line| line.strip_prefix("### ")).collect();
-    assert_eq!(alerts, told);
+    let described: Vec<&str> = runbook.lines().filter_map(|line| line.strip_prefix("### ")).collect();
+    assert_eq!(alerts, described);
 }
 
 /// The value of a setting in a container.
@@ -244,9 +244,9 @@ fn secrets_are_mounted_as_files() {
 fn each_alert_fires_when_it_should() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy");
     for arguments in [["check", "rules", "alerts.yaml"], ["test", "rules", "alerts.test.yaml"]] {
-        let told = Command::new("promtool").args(arguments).current_dir(&folder).output().unwrap();
-        let said = String::from_utf8_lossy(&told.stdout) + String::from_utf8_lossy(&told.stderr);
-        assert!(told.status.success() && said.contains("SUCCESS"), "{said}");
+        let output = Command::new("promtool").args(arguments).current_dir(&folder).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && said.contains("SUCCESS"), "{said}");
     }
 }
 

@@ -26,7 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Messages of the proxy on a backend without a ready server.
 const NONE: [&str; 2] = ["jobs has no server available", "streams has no server available"];
 
-async fn told(server: &Server, script: &str) {
+async fn run(server: &Server, script: &str) {
     let mut command = shell(&server.folder, script);
     let done = spawn_blocking(move || command.status()).await.unwrap().unwrap();
     assert!(done.success(), "{script}");
@@ -49,7 +49,7 @@ async fn a_restart_of_the_database_is_nothing_but_a_longer_answer() {
     let job = made("/v1/jobs", &json!({"name": "wheel"})).await;
     let stream = made(&format!("{job}/streams"), &spec()).await;
 
-    told(&server, "$BIN/pg_ctl -D data -m fast -w stop").await;
+    run(&server, "$BIN/pg_ctl -D data -m fast -w stop").await;
     let begun = Instant::now();
     while NONE.iter().any(|none| !proxy.log().contains(none)) {
         assert!(begun.elapsed() < PATIENCE, "{}", proxy.log());
@@ -66,7 +66,7 @@ async fn a_restart_of_the_database_is_nothing_but_a_longer_answer() {
     }
     // they are on their way while it is away
     sleep(Duration::from_millis(500)).await;
-    told(&server, "$BIN/pg_ctl -D data -l log -w start").await;
+    run(&server, "$BIN/pg_ctl -D data -l log -w start").await;
     for answer in asked.join_all().await {
         assert!(answer.status.is_success(), "{} {}\n{}", answer.status, answer.text, proxy.log());
     }

@@ -126,10 +126,10 @@ async fn many_coefficients_take_the_banded_way() {
     let errors: Vec<Vec<f64>> = serde_json::from_value(fit["coordinates"][0]["std_errors"].clone()).unwrap();
     assert_eq!((errors.len(), errors[0].len()), (15, 15));
     assert!(errors.iter().flatten().all(|e| *e > 0.0) && errors[7][7] < errors[0][0]);
-    let told = json!({"nodes": nodes, "method": method, "include": ["residuals"]});
-    let told = build(&app, &told).await["banded_fit"]["coordinates"][0].clone();
-    let residuals = numbers(&told["values"]);
-    close(residuals.iter().map(|r| r * r).sum::<f64>(), told["rss"].as_f64().unwrap(), 1e-12);
+    let request = json!({"nodes": nodes, "method": method, "include": ["residuals"]});
+    let fitted = build(&app, &request).await["banded_fit"]["coordinates"][0].clone();
+    let residuals = numbers(&fitted["values"]);
+    close(residuals.iter().map(|r| r * r).sum::<f64>(), fitted["rss"].as_f64().unwrap(), 1e-12);
     let misses = [0usize, 1234, 3999].map(|k| (k, [u[k], v[k]]));
     for ((k, at), value) in misses.into_iter().zip(values(&app, &built["surface"], &misses.map(|m| m.1)).await) {
         let miss = z[k] - value.as_f64().unwrap();
@@ -167,7 +167,7 @@ async fn continuity_of_patches_is_reported() {
 }
 
 #[tokio::test]
-async fn a_patch_with_three_sides_says_so() {
+async fn a_patch_with_three_sides_has_a_degenerate_border() {
     let app = TestApp::start().await;
     let line = |a: [f64; 3], b: [f64; 3]| {
         json!({"type": "b_spline", "degree": 1, "knots": [0, 0, 1, 1],

@@ -36,7 +36,7 @@ pub async fn a_key_stores_once_and_its_answer_outlives_the_store(pair: &mut Pair
 }
 
 /// A response with the result of a fit in it, like those of iterations and fits.
-fn telling(key: &str, fit: &NewFit) -> (Receipt, impl Fn(Stored) -> Answer + Clone + 'static) {
+fn receipt_with_result(key: &str, fit: &NewFit) -> (Receipt, impl Fn(Stored) -> Answer + Clone + 'static) {
     let result = fit.computed.result.text().clone();
     let answer = move |stored: Stored| Answer {
         status: 201,
@@ -44,8 +44,8 @@ fn telling(key: &str, fit: &NewFit) -> (Receipt, impl Fn(Stored) -> Answer + Clo
         etag: Some(stored.version.to_string()),
         body: format!(r#"{{"number":{},"fits":[{{"chosen":true,"result":{result}}}]}}"#, stored.number).into_bytes(),
     };
-    let told = answer.clone();
-    (Receipt { answer: Box::new(told), ..receipt(key, "POST /there") }, answer)
+    let copy = answer.clone();
+    (Receipt { answer: Box::new(copy), ..receipt(key, "POST /there") }, answer)
 }
 
 /// Whatever was fitted, chosen and decided since.
@@ -55,23 +55,23 @@ pub async fn the_first_answer_comes_again_byte_for_byte(pair: &mut Pair) {
     let mut given = Vec::new();
 
     let iteration = place.iteration(job);
-    let (keyed, answer) = telling("iteration", &iteration.fit);
+    let (keyed, answer) = receipt_with_result("iteration", &iteration.fit);
     given.push(("iteration", answer(store.insert_iteration(iteration.clone(), Some(keyed)).await.unwrap())));
 
     let fit = Arc::new(place.fit(0.25));
-    let (keyed, answer) = telling("fit", &fit);
+    let (keyed, answer) = receipt_with_result("fit", &fit);
     given.push(("fit", answer(store.insert_fit(job, 1, fit.clone(), Some(keyed)).await.unwrap())));
 
     let stream = Arc::new(place.stream(job));
     store.insert_stream(stream.clone(), None).await.unwrap();
     store.insert_block(place.block(stream.id, 1), None).await.unwrap();
     let finished = FinishedStream { stream: stream.id, sequence: 1, iteration: place.iteration(job) };
-    let (keyed, answer) = telling("finish", &finished.iteration.fit);
+    let (keyed, answer) = receipt_with_result("finish", &finished.iteration.fit);
     given.push(("finish", answer(store.finish_stream(finished, Some(keyed)).await.unwrap())));
 
     // an answer that does not have the result in it is kept as it is
     let bare = place.iteration(job);
-    let (keyed, answer) = telling("bare", &place.fit(0.5));
+    let (keyed, answer) = receipt_with_result("bare", &place.fit(0.5));
     given.push(("bare", answer(store.insert_iteration(bare, Some(keyed)).await.unwrap())));
 
     let event = || Event { reason: Some("smoother".to_owned()), by: actor(), created_at: place.now() };

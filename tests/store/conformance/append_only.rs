@@ -51,7 +51,7 @@ const TRUNCATIONS: [(&str, &str); 11] = [
     ("purges", "TRUNCATE purges"),
 ];
 
-pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
+pub async fn the_trace_is_append_only(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     place.stored_iteration(&store, job).await;
@@ -77,8 +77,8 @@ pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     if pair.ground.truncates() {
         for (table, sql) in TRUNCATIONS {
             let refusal = pair.ground.refusal(sql).await;
-            let told = format!("{table} is append-only");
-            assert!(refusal.as_deref().is_some_and(|why| why.contains(&told)), "{sql}: {refusal:?}");
+            let message = format!("{table} is append-only");
+            assert!(refusal.as_deref().is_some_and(|why| why.contains(&message)), "{sql}: {refusal:?}");
         }
         for sql in ["TRUNCATE jobs CASCADE", "TRUNCATE api_keys"] {
             assert!(pair.ground.refusal(sql).await.is_some(), "{sql}");

@@ -24,7 +24,7 @@ pub async fn entries(store: &Arc<dyn Repository>, job: Option<Uuid>) -> Vec<List
 }
 
 /// Actions with their subjects and the rows they left.
-fn told(entries: &[ListedEntry]) -> BTreeSet<(String, String, Vec<String>)> {
+fn summaries(entries: &[ListedEntry]) -> BTreeSet<(String, String, Vec<String>)> {
     let rows = |listed: &ListedEntry| listed.entry.contents.iter().map(|(name, _)| name.to_owned()).collect();
     let one = |listed: &ListedEntry| (listed.entry.action.to_string(), listed.entry.subject.clone(), rows(listed));
     entries.iter().map(one).collect()
@@ -87,7 +87,7 @@ pub async fn each_change_leaves_one_entry(pair: &mut Pair) {
     store.delete_stream(second.id, none.clone(), place.now()).await.unwrap();
     expect("stream.delete", format!("/v1/streams/{}", second.id), &[&format!("events/{}", events + 6)]);
     let found = entries(&store, Some(job.id)).await;
-    assert_eq!(told(&found), expected);
+    assert_eq!(summaries(&found), expected);
     assert_eq!(found.len(), expected.len());
     let salts: BTreeSet<_> = found.iter().map(|listed| listed.entry.salt.clone().unwrap()).collect();
     assert_eq!(salts.len(), found.len(), "each has its own");
@@ -105,7 +105,7 @@ pub async fn each_change_leaves_one_entry(pair: &mut Pair) {
     let iterations = vec![with_record, place.iteration(run.id)];
     store.insert_runs(vec![NewRun { job: run.clone(), iterations }], None, place.now()).await.unwrap();
     let of_run = entries(&store, Some(run.id)).await;
-    assert!(told(&of_run).iter().any(|(_, _, rows)| rows.contains(&"records/1/1".to_owned())));
+    assert!(summaries(&of_run).iter().any(|(_, _, rows)| rows.contains(&"records/1/1".to_owned())));
     assert_eq!((of_run.len(), actions(of_run)), (3, vec!["iteration.add".to_owned(), "job.create".to_owned()]));
     // in pages, and the tenant's all together
     let page = store.audit(Some(job.id), PageRequest { limit: 3, after: None }).await.unwrap();
@@ -131,7 +131,7 @@ pub async fn changes_of_keys_and_tenants_are_entered(pair: &mut Pair) {
     keys.rotate_key(Arc::new(rotation), None).await.unwrap();
     keys.revoke_key(next, place.now()).await.unwrap();
     keys.revoke_key(next, place.now()).await.unwrap();
-    let found = told(&entries(&pair.seen_by("plant-7"), None).await);
+    let found = summaries(&entries(&pair.seen_by("plant-7"), None).await);
     let of = |id, version: u64| format!("api_keys/{id}/{version}");
     let expected = [
         ("tenant.create", "/v1/tenants/plant-7".to_owned(), vec![of(id, 1), "tenants/plant-7/1".to_owned()]),
@@ -145,7 +145,7 @@ pub async fn changes_of_keys_and_tenants_are_entered(pair: &mut Pair) {
     intact(&pair.handles[0]).await;
 }
 
-pub async fn what_is_refused_leaves_none(pair: &mut Pair) {
+pub async fn refused_changes_leave_no_entry(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     store.insert_iteration(place.iteration(job), Some(receipt("k", "POST /there"))).await.unwrap();
@@ -209,7 +209,7 @@ pub async fn many_writers_leave_one_chain_without_gaps(pair: &mut Pair) {
 }
 
 /// The owner of the database can write all of it anew, but not the seals that are kept elsewhere.
-pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut Pair) {
+pub async fn a_rewritten_chain_contradicts_its_seals(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     let first = sealed(&pair.handles[0], place.now()).await.remove(0);
@@ -237,7 +237,7 @@ pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut 
 }
 
 /// Personal data are removed, and what is left is guarded as before.
-pub async fn names_cannot_be_tried_after_a_purge(pair: &mut Pair) {
+pub async fn purged_names_cannot_be_guessed(pair: &mut Pair) {
     let job = filled(pair).await;
     sealed(&pair.handles[0], pair.values.now()).await;
     let before = entries(&pair.store, Some(job)).await;

@@ -48,15 +48,15 @@ pub async fn blocks_are_read_a_few_megabytes_at_a_time(pair: &mut Pair) {
         }
         store.insert_block(Arc::new(block), None).await.unwrap();
     }
-    let (mut told, mut reads) = (Vec::new(), 0);
-    while let Some(last) = told.last().copied().or(Some(0)).filter(|last| *last < 8) {
+    let (mut sequences, mut reads) = (Vec::new(), 0);
+    while let Some(last) = sequences.last().copied().or(Some(0)).filter(|last| *last < 8) {
         let blocks = store.blocks(stream.id, last).await.unwrap();
         assert!((1..=6).contains(&blocks.len()), "{} blocks at a time", blocks.len());
         assert!(blocks.iter().all(|block| (block.nodes.posted() == 6) == (block.sequence == 5)));
-        told.extend(blocks.iter().map(|block| block.sequence));
+        sequences.extend(blocks.iter().map(|block| block.sequence));
         reads += 1;
     }
-    assert_eq!(told, [1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(sequences, [1, 2, 3, 4, 5, 6, 7, 8]);
     assert!(reads >= 2);
 }
 

@@ -138,7 +138,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
         let fit = store.fit(job.id, 1, new.fit.id).await.unwrap();
         assert_eq!((fit.spec, fit.result, fit.event.reason), (document.clone(), document.clone(), some()));
         assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), record);
-        let told = store.trace(job.id, WHOLE).await.unwrap().iterations.remove(0);
-        assert_eq!((told.choices.last(), told.decisions), (Some(&choice), vec![decision]));
+        let traced = store.trace(job.id, WHOLE).await.unwrap().iterations.remove(0);
+        assert_eq!((traced.choices.last(), traced.decisions), (Some(&choice), vec![decision]));
     }
 }

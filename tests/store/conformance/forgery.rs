@@ -141,7 +141,7 @@ pub async fn every_column_of_every_table_is_guarded(pair: &mut Pair) {
     intact(&pair.handles[1]).await;
 }
 
-pub async fn nothing_is_removed_unnoticed(pair: &mut Pair) {
+pub async fn removed_rows_are_detected(pair: &mut Pair) {
     filled(pair).await;
     let mut unnoticed = Vec::new();
     for table in tables(pair).await {
@@ -169,7 +169,7 @@ pub async fn nothing_is_removed_unnoticed(pair: &mut Pair) {
     intact(&pair.handles[0]).await;
 }
 
-pub async fn what_is_exchanged_is_noticed(pair: &mut Pair) {
+pub async fn exchanged_rows_are_detected(pair: &mut Pair) {
     filled(pair).await;
     for (table, of, column) in [
         ("nodes", "number IN (1, 2)", "number"),
@@ -190,7 +190,7 @@ pub async fn what_is_exchanged_is_noticed(pair: &mut Pair) {
     intact(&pair.handles[0]).await;
 }
 
-pub async fn what_is_made_by_hand_is_noticed(pair: &mut Pair) {
+pub async fn rows_inserted_by_hand_are_detected(pair: &mut Pair) {
     let job = filled(pair).await;
     let (own, new) = (pair.ground.id(job), pair.ground.id(pair.values.id()));
     let jobs = "tenant, name, tags, version, created_at, updated_at, changed_at, folded";

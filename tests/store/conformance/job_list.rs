@@ -46,7 +46,7 @@ async fn decided(store: &Arc<dyn Repository>, place: &Values, job: Uuid, number:
     at
 }
 
-pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
+pub async fn a_job_is_listed_with_its_state(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let decide = async |number, decision| decided(&store, &place, job.id, number, decision).await;
@@ -66,9 +66,9 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         figures: first.fit.computed.flank.clone(),
         ..expected
     };
-    let told = listed(&store, job.id).await;
+    let row = listed(&store, job.id).await;
     // the fit of the test is made a second after its iteration
-    assert_eq!(ListedJob { changed_at: first.created_at, ..told }, expected);
+    assert_eq!(ListedJob { changed_at: first.created_at, ..row }, expected);
 
     let at = decide(1, Decision::Remachine).await;
     let (status, decision) = (JobStatus::Remachine, Some(Decision::Remachine));
@@ -129,8 +129,8 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     assert_eq!(listed(&store, job.id).await, expected, "what is said of an earlier one does not count");
     for (said, status) in [(Decision::Rejected, JobStatus::Rejected), (Decision::Accepted, JobStatus::Accepted)] {
         decide(2, said).await;
-        let told = listed(&store, job.id).await;
-        assert_eq!((told.job.status, told.right, told.decision), (status, Some(status), Some(said)));
+        let row = listed(&store, job.id).await;
+        assert_eq!((row.job.status, row.right, row.decision), (status, Some(status), Some(said)));
     }
 
     another_flank_counts_too(&store, &place, job.id).await;
@@ -143,18 +143,18 @@ async fn another_flank_counts_too(store: &Arc<dyn Repository>, place: &Values, j
     let measurand = Measurand { flank: Some(Side::Left), ..Measurand::default() };
     let third = NewIteration { measurand, ..NewIteration::clone(&third) };
     store.insert_iteration(Arc::new(third), None).await.unwrap();
-    let told = async || {
+    let states = async || {
         let listed = listed(store, job).await;
         (listed.job.status, listed.left, listed.right)
     };
-    assert_eq!(told().await, (JobStatus::Open, Some(JobStatus::Open), Some(JobStatus::Accepted)));
+    assert_eq!(states().await, (JobStatus::Open, Some(JobStatus::Open), Some(JobStatus::Accepted)));
     assert_eq!(listed(store, job).await.flank, Some(Side::Left));
     decide(3, Decision::Accepted).await;
-    assert_eq!(told().await, (JobStatus::Accepted, Some(JobStatus::Accepted), Some(JobStatus::Accepted)));
+    assert_eq!(states().await, (JobStatus::Accepted, Some(JobStatus::Accepted), Some(JobStatus::Accepted)));
     decide(2, Decision::Remachine).await;
-    assert_eq!(told().await, (JobStatus::Remachine, Some(JobStatus::Accepted), Some(JobStatus::Remachine)));
+    assert_eq!(states().await, (JobStatus::Remachine, Some(JobStatus::Accepted), Some(JobStatus::Remachine)));
     decide(3, Decision::Rejected).await;
-    assert_eq!(told().await, (JobStatus::Rejected, Some(JobStatus::Rejected), Some(JobStatus::Remachine)));
+    assert_eq!(states().await, (JobStatus::Rejected, Some(JobStatus::Rejected), Some(JobStatus::Remachine)));
 }
 
 /// A changed measurand is appended to what was stored, and applies from then on.
@@ -192,12 +192,12 @@ pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
     assert_eq!((after.version, &after.measurand), (stored.version, &first.measurand));
     assert_eq!(after.fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [false, true]);
     assert_eq!(after.decision, first.decision);
-    let told = listed(&store, job.id).await;
+    let row = listed(&store, job.id).await;
     assert_eq!(
-        (told.job.status, told.flank, told.right),
+        (row.job.status, row.flank, row.right),
         (JobStatus::Remachine, Some(Side::Right), Some(JobStatus::Remachine))
     );
-    assert_eq!(told.figures, fit.computed.flank);
+    assert_eq!(row.figures, fit.computed.flank);
     assert_eq!(store.successors(job.id, 1).await.unwrap().alike, Some(2));
     assert_eq!(store.measurand(job.id, 2).await.unwrap(), first.measurand);
     let trace = store.trace(job.id, WHOLE).await.unwrap();
@@ -207,8 +207,8 @@ pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
 
     // it was the left one after all: the right flank is as iteration 1 left it
     store.amend(job.id, 2, amendment("left", None, None), none.clone()).await.unwrap();
-    let told = listed(&store, job.id).await;
-    let (left, right) = (told.left, told.right);
+    let row = listed(&store, job.id).await;
+    let (left, right) = (row.left, row.right);
     assert_eq!((left, right), (Some(JobStatus::Remachine), Some(JobStatus::Accepted)));
     intact(&pair.handles[0]).await;
 
@@ -235,8 +235,8 @@ pub async fn a_job_has_the_class_of_its_last_evaluation(pair: &mut Pair) {
         let mut record = Record::clone(&place.record(RecordKind::Evaluation, "iso_1328_1"));
         record.draft.class = class;
         store.insert_record(job.id, number, Arc::new(record.clone()), None).await.unwrap();
-        let told = listed(&store, job.id).await;
-        assert_eq!((told.class, told.changed_at), (class, record.created_at));
+        let row = listed(&store, job.id).await;
+        assert_eq!((row.class, row.changed_at), (class, record.created_at));
         assert_eq!(store.record(job.id, number, record.id).await.unwrap(), record);
     }
     // other records have none
@@ -244,7 +244,7 @@ pub async fn a_job_has_the_class_of_its_last_evaluation(pair: &mut Pair) {
     assert_eq!(listed(&store, job.id).await.class, Some(11));
 }
 
-pub async fn whatever_makes_an_iteration_opens_its_job(pair: &mut Pair) {
+pub async fn every_new_iteration_opens_its_job(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     let stream = Arc::new(place.stream(job));
@@ -253,21 +253,21 @@ pub async fn whatever_makes_an_iteration_opens_its_job(pair: &mut Pair) {
     assert_eq!(listed(&store, job).await.job.status, JobStatus::New);
     let finished = FinishedStream { stream: stream.id, sequence: 1, iteration: place.iteration(job) };
     store.finish_stream(finished, None).await.unwrap();
-    let told = listed(&store, job).await;
-    assert_eq!((told.job.status, told.iteration_count), (JobStatus::Open, 1));
+    let row = listed(&store, job).await;
+    assert_eq!((row.job.status, row.iteration_count), (JobStatus::Open, 1));
 
     let job = place.job("run");
     let iterations = (0..3).map(|_| place.iteration(job.id)).collect();
     store.insert_runs(vec![NewRun { job: job.clone(), iterations }], None, place.now()).await.unwrap();
-    let told = listed(&store, job.id).await;
-    assert_eq!((told.job.status, told.iteration_count), (JobStatus::Open, 3));
+    let row = listed(&store, job.id).await;
+    assert_eq!((row.job.status, row.iteration_count), (JobStatus::Open, 3));
 }
 
 /// Name, machine and tags of a job.
-type Told<'a> = (&'a str, Option<&'a str>, &'a [(&'a str, &'a str)]);
+type JobFacts<'a> = (&'a str, Option<&'a str>, &'a [(&'a str, &'a str)]);
 
 /// Jobs of these, a second apart.
-async fn jobs_of(pair: &Pair, of: &[Told<'_>]) -> Vec<Job> {
+async fn jobs_of(pair: &Pair, of: &[JobFacts<'_>]) -> Vec<Job> {
     let mut jobs = Vec::new();
     for (name, machine, tags) in of {
         let tags: BTreeMap<_, _> = tags.iter().map(|(name, value)| (name.to_string(), value.to_string())).collect();
@@ -284,7 +284,7 @@ async fn found(store: &Arc<dyn Repository>, filter: JobFilter) -> Vec<String> {
     page.items.into_iter().map(|listed| listed.job.name).collect()
 }
 
-pub async fn jobs_are_found_by_what_is_asked_for(pair: &mut Pair) {
+pub async fn jobs_are_found_by_each_filter(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let jobs = jobs_of(
         pair,

@@ -61,7 +61,7 @@ fn refused<T: std::fmt::Debug>(outcome: Result<T, RepositoryError>) -> String {
     outcome.unwrap_err().to_string()
 }
 
-pub async fn a_key_comes_back_as_it_was_made(pair: &mut Pair) {
+pub async fn a_key_is_read_as_it_was_stored(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());
     let keys = pair.keys_of(&tenant);
     assert!(!credentials(pair).has_keys().await.unwrap());
@@ -146,17 +146,17 @@ pub async fn a_replaced_key_is_not_replaced_again(pair: &mut Pair) {
     assert_eq!(outcomes.iter().filter(|outcome| outcome.is_ok()).count(), 1);
     let replaced = keys.key(old.id).await.unwrap();
     let by = replaced.replaced_by.unwrap();
-    let told = format!("key {by} has replaced the key");
+    let message = format!("key {by} has replaced the key");
     for (rotation, outcome) in rotations.iter().zip(outcomes) {
         let id = rotation.new.key.id;
         assert_eq!((outcome.is_ok(), keys.key(id).await.is_ok()), (id == by, id == by));
-        assert!(outcome.err().is_none_or(|error| error.to_string() == told));
+        assert!(outcome.err().is_none_or(|error| error.to_string() == message));
     }
     assert_eq!((replaced.expires_at, replaced.version), (Some(ends), 2));
     // it may end earlier, not later
     let patch = |expires_at| KeyPatch { name: None, expires_at: Some(expires_at) };
     let longer = keys.patch_key(old.id, patch(ends + HOUR), Precondition::None, place.now()).await;
-    assert_eq!(refused(longer), told);
+    assert_eq!(refused(longer), message);
     let ends = ends - HOUR / 4;
     let patch = KeyPatch { name: Some("old".to_owned()), ..patch(ends) };
     let after = keys.patch_key(old.id, patch, Precondition::None, place.now()).await.unwrap();
@@ -165,27 +165,27 @@ pub async fn a_replaced_key_is_not_replaced_again(pair: &mut Pair) {
     // and stays replaced once it has ended
     let mut late = again();
     late.new.key.created_at = ends;
-    assert_eq!(refused(keys.rotate_key(Arc::new(late), None).await), told);
+    assert_eq!(refused(keys.rotate_key(Arc::new(late), None).await), message);
     keys.revoke_key(old.id, place.now()).await.unwrap();
-    assert_eq!(refused(keys.rotate_key(Arc::new(again()), None).await), told);
+    assert_eq!(refused(keys.rotate_key(Arc::new(again()), None).await), message);
     assert_eq!(keys.key(old.id).await.unwrap().replaced_by, Some(by));
 }
 
-pub async fn what_has_ended_does_not_come_back(pair: &mut Pair) {
+pub async fn ended_keys_stay_ended(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());
     let keys = pair.keys_of(&tenant);
     let made = stored(&keys, key(&place, &tenant, None)).await;
     let end = made.expires_at.unwrap();
-    let told = format!("the key ended at {end}");
+    let message = format!("the key ended at {end}");
     for patch in [
         KeyPatch { name: None, expires_at: Some(end + HOUR) },
         KeyPatch { name: Some("other".to_owned()), expires_at: None },
     ] {
-        assert_eq!(refused(keys.patch_key(made.id, patch.clone(), Precondition::None, end).await), told);
+        assert_eq!(refused(keys.patch_key(made.id, patch.clone(), Precondition::None, end).await), message);
     }
     let mut rotation = Rotation { of: made.id, old_ends: end + HOUR, new: key(&place, &tenant, None) };
     rotation.new.key.created_at = end;
-    assert_eq!(refused(keys.rotate_key(Arc::new(rotation.clone()), None).await), told);
+    assert_eq!(refused(keys.rotate_key(Arc::new(rotation.clone()), None).await), message);
     assert_eq!(keys.keys(WHOLE).await.unwrap().items, std::slice::from_ref(&made));
     // until then it goes on
     let patch = KeyPatch { name: None, expires_at: Some(end + HOUR) };
@@ -303,14 +303,14 @@ pub async fn tenants_begin_with_a_key(pair: &mut Pair) {
 }
 
 /// The owner of the database is refused as well.
-pub async fn a_key_stays_what_it_is(pair: &mut Pair) {
+pub async fn keys_are_immutable(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());
     let keys = pair.keys_of(&tenant);
     let made = stored(&keys, key(&place, &tenant, None)).await;
     let rotation = Rotation { of: made.id, old_ends: place.now(), new: key(&place, &tenant, None) };
     keys.rotate_key(Arc::new(rotation), None).await.unwrap();
     keys.revoke_key(made.id, place.now()).await.unwrap();
-    for (sql, told) in [
+    for (sql, message) in [
         ("DELETE FROM api_keys", "keys are kept"),
         ("UPDATE api_keys SET revoked_at = NULL", "a revoked key stays revoked"),
         ("UPDATE api_keys SET replaced_by = NULL", "a replaced key stays replaced"),
@@ -319,7 +319,7 @@ pub async fn a_key_stays_what_it_is(pair: &mut Pair) {
         ("UPDATE api_keys SET tenant = 'other'", "a key stays what it is"),
     ] {
         let refusal = pair.ground.refusal(sql).await.unwrap_or_default();
-        assert!(refusal.contains(told), "{sql}: {refusal}");
+        assert!(refusal.contains(message), "{sql}: {refusal}");
     }
 }
 

@@ -74,7 +74,7 @@ macro_rules! conformance {
 }
 
 conformance! {
-    stores: sqlite and sqlite if all(), postgres and beside_the_next if not(without_postgres);
+    stores: sqlite and sqlite if all(), postgres and after_next_version if not(without_postgres);
     cases: {
         answers:
             a_key_stores_once_and_its_answer_outlives_the_store,
@@ -83,20 +83,20 @@ conformance! {
             a_refused_request_leaves_its_key_free,
             a_claimed_key_is_given_back_with_the_outcome;
         append_only:
-            the_trace_is_changed_by_nobody;
+            the_trace_is_append_only;
         audit:
             each_change_leaves_one_entry,
             changes_of_keys_and_tenants_are_entered,
-            what_is_refused_leaves_none,
+            refused_changes_leave_no_entry,
             many_writers_leave_one_chain_without_gaps,
-            a_chain_that_was_written_anew_is_convicted_by_its_seals,
+            a_rewritten_chain_contradicts_its_seals,
             one_tenants_damage_keeps_no_other_from_its_seal,
-            names_cannot_be_tried_after_a_purge;
+            purged_names_cannot_be_guessed;
         forgery:
             every_column_of_every_table_is_guarded,
-            nothing_is_removed_unnoticed,
-            what_is_exchanged_is_noticed,
-            what_is_made_by_hand_is_noticed,
+            removed_rows_are_detected,
+            exchanged_rows_are_detected,
+            rows_inserted_by_hand_are_detected,
             one_unreadable_value_hides_nothing,
             a_forged_purge_hides_nothing,
             a_forged_deletion_hides_no_rollback,
@@ -110,31 +110,31 @@ conformance! {
             figures_keep_their_bits_or_are_none,
             texts_of_any_letters_and_length_come_back;
         job_list:
-            a_job_is_listed_with_what_became_of_it,
+            a_job_is_listed_with_its_state,
             a_changed_measurand_counts_everywhere,
             a_job_has_the_class_of_its_last_evaluation,
-            whatever_makes_an_iteration_opens_its_job,
-            jobs_are_found_by_what_is_asked_for,
+            every_new_iteration_opens_its_job,
+            jobs_are_found_by_each_filter,
             lists_of_jobs_neither_repeat_nor_skip,
             a_full_last_page_has_no_next,
             jobs_are_counted;
         keys:
-            a_key_comes_back_as_it_was_made,
+            a_key_is_read_as_it_was_stored,
             keys_are_changed_rotated_and_revoked,
             a_replaced_key_is_not_replaced_again,
-            what_has_ended_does_not_come_back,
+            ended_keys_stay_ended,
             another_tenants_keys_do_not_exist,
             a_name_of_certificates_is_of_one_key,
             keys_come_in_pages_newest_first,
             tenants_begin_with_a_key,
-            a_key_stays_what_it_is,
+            keys_are_immutable,
             a_key_is_changed_once_from_each_version;
         mappings:
             a_mapping_is_kept_until_another_takes_its_place,
             mappings_of_a_tenant_are_bounded_and_its_own;
         neighbours:
             neighbours_are_of_the_same_flank_and_tooth,
-            rounds_tell_iterations_and_corrections;
+            rounds_list_iterations_and_corrections;
         paging:
             lists_that_grow_are_read_without_gaps_or_repeats,
             the_order_is_that_of_storing_not_of_ids;
@@ -144,57 +144,57 @@ conformance! {
             a_purge_removes_the_answers_about_its_job_alone,
             a_purge_removes_the_answers_of_its_own_transaction,
             a_purge_comes_before_or_after_each_writer,
-            of_two_purges_one_is_told_of_the_other,
-            the_trace_loses_only_what_a_purge_takes,
-            jobs_that_nobody_touches_are_due;
+            one_of_two_concurrent_purges_is_refused,
+            the_trace_loses_only_purged_columns,
+            inactive_jobs_are_due;
         records:
             records_come_back_as_they_were_kept_and_page_by_page,
             every_kind_of_record_is_kept,
             a_record_belongs_to_one_iteration,
             an_iteration_comes_with_its_records;
         runs:
-            runs_are_stored_as_a_whole_or_not_at_all;
+            runs_are_stored_atomically;
         streams:
-            blocks_are_taken_in_their_turn_by_whoever_comes_first,
+            blocks_are_accepted_in_order_from_concurrent_writers,
             a_job_lets_go_of_its_events_only_with_everything_else,
             a_stream_ends_once,
             streams_are_listed_page_by_page;
         teeth:
-            a_tooth_that_the_gear_has_not_got_is_not_written,
-            what_was_made_by_another_gear_is_not_written,
+            unknown_teeth_are_not_stored,
+            results_of_another_gear_are_not_stored,
             an_older_name_of_a_tooth_is_that_tooth,
-            a_record_keeps_the_gear_that_it_is_of;
+            a_record_keeps_its_gear;
         tenants:
             another_tenants_reads_find_nothing,
             another_tenants_writes_change_nothing,
             tenants_do_not_meet;
         all_events:
-            all_events_are_told_in_order_to_their_tenant_alone,
-            what_many_write_is_told_once_to_who_reads_meanwhile,
-            what_was_told_long_ago_is_forgotten,
+            all_events_are_ordered_and_of_one_tenant,
+            concurrent_writes_are_read_exactly_once,
+            old_events_leave_the_common_order,
             a_clock_that_was_ahead_keeps_nothing_for_ever;
         trace:
             a_job_comes_back_and_counts_its_changes,
             only_an_empty_job_is_deleted,
             an_iteration_comes_back_bit_for_bit,
             the_trace_keeps_every_choice_and_ruling_in_order,
-            whoever_did_something_is_told_with_it,
-            iterations_are_listed_with_what_stands,
+            actors_are_stored_with_their_changes,
+            iterations_are_listed_with_fit_and_decision,
             the_trace_and_the_fits_come_in_pages,
             a_page_of_the_trace_is_bounded_in_bytes_too;
         unaudited:
-            what_cannot_be_entered_is_not_changed;
+            changes_without_audit_entry_are_refused;
         upkeep:
             kept_answers_are_forgotten_by_their_age,
-            a_store_answers_until_it_is_closed,
-            a_full_queue_refuses_what_it_cannot_take;
+            a_store_responds_until_it_is_closed,
+            a_full_queue_refuses_only_the_excess;
         writers:
             three_hundred_writers_leave_no_gaps,
             versions_and_events_count_every_change_once,
             one_request_that_the_store_refuses_does_not_take_others_along,
-            a_dropped_request_is_stored_all_the_same,
+            a_dropped_request_is_stored,
             a_job_is_changed_once_from_each_version,
             a_job_is_deleted_or_gets_something,
-            a_key_is_used_once_whoever_comes_first;
+            a_key_is_used_once_by_concurrent_writers;
     }
 }

@@ -64,7 +64,7 @@ pub async fn neighbours_are_of_the_same_flank_and_tooth(pair: &mut Pair) {
     assert!(matches!(beyond, Err(RepositoryError::NotFound(Resource::Iteration))), "{beyond:?}");
 }
 
-pub async fn rounds_tell_iterations_and_corrections(pair: &mut Pair) {
+pub async fn rounds_list_iterations_and_corrections(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     assert_eq!(store.rounds(job).await.unwrap(), Default::default());

@@ -68,14 +68,14 @@ pub async fn the_order_is_that_of_storing_not_of_ids(pair: &mut Pair) {
         records.push(record.id);
     }
     assert_eq!(store.latest_record(job, 1, RecordKind::Curve).await.unwrap().as_ref(), Some(&*early[0]));
-    let mut told = Vec::new();
+    let mut read = Vec::new();
     let mut after = None;
     for _ in 0..3 {
         let page = store.records(job, 1, PageRequest { limit: 1, after }).await.unwrap();
-        told.extend(page.items.iter().map(|record| record.id));
+        read.extend(page.items.iter().map(|record| record.id));
         after = page.next;
     }
-    assert_eq!((told, after), (records.clone(), None));
+    assert_eq!((read, after), (records.clone(), None));
     let trace = store.trace(job, WHOLE).await.unwrap();
     assert_eq!(trace.iterations[0].records.iter().map(|record| record.id).collect::<Vec<_>>(), records);
     // fits likewise

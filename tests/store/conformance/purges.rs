@@ -24,10 +24,10 @@ fn event(pair: &Pair) -> Event {
 }
 
 /// A receipt whose response contains the posted text.
-fn telling(key: &str, scope: String) -> Option<Receipt> {
-    let mut told = receipt(key, &scope);
-    told.answer = Box::new(|_| Answer { status: 201, location: None, etag: None, body: CANARY.into() });
-    Some(told)
+fn receipt_with_text(key: &str, scope: String) -> Option<Receipt> {
+    let mut receipt = receipt(key, &scope);
+    receipt.answer = Box::new(|_| Answer { status: 201, location: None, etag: None, body: CANARY.into() });
+    Some(receipt)
 }
 
 /// An iteration of somebody, whose result is so many bytes longer than it need be.
@@ -51,11 +51,14 @@ pub async fn filled(pair: &Pair) -> Uuid {
     let job = place.job("wheel");
     store.insert_job(job.clone(), None).await.unwrap();
     let (job, path) = (job.id, format!("POST /v1/jobs/{}", job.id));
-    store.insert_iteration(iteration(pair, job, 0), telling("1", format!("{path}/iterations"))).await.unwrap();
+    store
+        .insert_iteration(iteration(pair, job, 0), receipt_with_text("1", format!("{path}/iterations")))
+        .await
+        .unwrap();
     let mut fit = place.fit(0.75);
     fit.event = event(pair);
     let fit = Arc::new(fit);
-    store.insert_fit(job, 1, fit.clone(), telling("2", format!("{path}/iterations/1/fits"))).await.unwrap();
+    store.insert_fit(job, 1, fit.clone(), receipt_with_text("2", format!("{path}/iterations/1/fits"))).await.unwrap();
     store.choose(job, 1, Choice { fit_id: fit.id, event: event(pair) }, Precondition::None).await.unwrap();
     let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event: event(pair) };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
@@ -63,7 +66,7 @@ pub async fn filled(pair: &Pair) -> Uuid {
     record.by = Some(format!("{CANARY} actor").into());
     record.draft.request = Arc::from(format!("{{\"request\":\"{CANARY}\"}}"));
     record.draft.result = Arc::from(format!("{{\"result\":\"{CANARY}\"}}"));
-    let kept = telling("3", format!("{path}/iterations/1/curves"));
+    let kept = receipt_with_text("3", format!("{path}/iterations/1/curves"));
     store.insert_record(job, 1, Arc::new(record), kept).await.unwrap();
     let streams = [(); 2].map(|()| {
         let mut stream = place.stream(job);
@@ -71,9 +74,12 @@ pub async fn filled(pair: &Pair) -> Uuid {
         Arc::new(stream)
     });
     for stream in &streams {
-        store.insert_stream(stream.clone(), telling("4", format!("POST /v1/jobs/{job}/{}", stream.id))).await.unwrap();
+        store
+            .insert_stream(stream.clone(), receipt_with_text("4", format!("POST /v1/jobs/{job}/{}", stream.id)))
+            .await
+            .unwrap();
         let scope = format!("POST /v1/streams/{}/nodes", stream.id);
-        store.insert_block(place.block(stream.id, 1), telling("5", scope)).await.unwrap();
+        store.insert_block(place.block(stream.id, 1), receipt_with_text("5", scope)).await.unwrap();
     }
     let finished = FinishedStream { stream: streams[1].id, sequence: 1, iteration: iteration(pair, job, 20_000) };
     store.finish_stream(finished, None).await.unwrap();
@@ -109,7 +115,7 @@ fn without_reasons(mut events: Vec<JobEvent>) -> Vec<JobEvent> {
 }
 
 /// After those that there were, without the reasons that were taken away.
-async fn the_last_event_tells_of_it(store: &Arc<dyn Repository>, job: Uuid, before: Vec<JobEvent>, purge: &Purge) {
+async fn last_event_is_the_purge(store: &Arc<dyn Repository>, job: Uuid, before: Vec<JobEvent>, purge: &Purge) {
     let mut heard = store.events(job, 0, 100).await.unwrap();
     let last = heard.pop().unwrap();
     assert_eq!(heard, without_reasons(before));
@@ -123,7 +129,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     let job = filled(pair).await;
     let (before, listed) = (store.job(job).await.unwrap(), store.jobs(all_jobs()).await.unwrap());
     let was = store.iteration(job, 1).await.unwrap();
-    let told = store.trace(job, WHOLE).await.unwrap();
+    let earlier = store.trace(job, WHOLE).await.unwrap();
     let fit = was.fits[0].id;
     let record = store.records(job, 1, WHOLE).await.unwrap().items[0].clone();
     let events = store.events(job, 0, 100).await.unwrap();
@@ -165,8 +171,8 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, [RecordSummary { by: None, ..record.clone() }]);
     let traced = store.trace(job, WHOLE).await.unwrap();
     assert_eq!(traced.job.purged_at, Some(purge.at));
-    assert_eq!(traced.iterations.len(), told.iterations.len());
-    for (is, was) in traced.iterations.iter().zip(&told.iterations) {
+    assert_eq!(traced.iterations.len(), earlier.iterations.len());
+    for (is, was) in traced.iterations.iter().zip(&earlier.iterations) {
         assert_eq!(
             (is.number, is.id, is.fits.len(), is.choices.len()),
             (was.number, was.id, was.fits.len(), was.choices.len())
@@ -175,7 +181,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
         assert!(is.choices.iter().all(|choice| choice.event.reason.is_none()));
         assert!(is.decisions.iter().all(|decision| decision.event.reason.is_none()));
     }
-    the_last_event_tells_of_it(&store, job, events, &purge).await;
+    last_event_is_the_purge(&store, job, events, &purge).await;
 
     // the rest is gone, and nothing comes to it
     gone(store.nodes(job, 1).await, &purge);
@@ -240,12 +246,12 @@ pub async fn a_purge_removes_the_answers_about_its_job_alone(pair: &mut Pair) {
     let runs = [(); 2].map(|()| NewRun { job: place.job("run"), iterations: Vec::new() });
     let (now, run) = (runs[0].job.created_at, runs[1].job.id);
     let runs = runs.map(|run| NewRun { job: Job { created_at: now, updated_at: now, ..run.job }, ..run });
-    store.insert_runs(runs.into(), telling("k", scopes[0].to_owned()), now).await.unwrap();
+    store.insert_runs(runs.into(), receipt_with_text("k", scopes[0].to_owned()), now).await.unwrap();
     let stream = Arc::new(place.stream(run));
     store.insert_stream(stream.clone(), None).await.unwrap();
-    store.insert_block(place.block(stream.id, 1), telling("k", scopes[1].to_owned())).await.unwrap();
+    store.insert_block(place.block(stream.id, 1), receipt_with_text("k", scopes[1].to_owned())).await.unwrap();
     let other = place.stored_job(&store).await.id;
-    store.insert_iteration(place.iteration(other), telling("k", scopes[2].to_owned())).await.unwrap();
+    store.insert_iteration(place.iteration(other), receipt_with_text("k", scopes[2].to_owned())).await.unwrap();
     purged(pair, run).await;
     let mut kept = Vec::new();
     for scope in scopes {
@@ -265,8 +271,8 @@ pub async fn a_purge_removes_the_answers_of_its_own_transaction(pair: &mut Pair)
         // the first write keeps the writer busy, so that those after it make one group
         let (first, ..) = tokio::join!(
             store.insert_iteration(place.iteration(busy), None),
-            store.insert_stream(stream, telling("k", scopes[0].clone())),
-            store.insert_block(place.block(block.id, 1), telling("k", scopes[1].clone())),
+            store.insert_stream(stream, receipt_with_text("k", scopes[0].clone())),
+            store.insert_block(place.block(block.id, 1), receipt_with_text("k", scopes[1].clone())),
             store.purge_job(purge_of(&place, job), None),
         );
         first.unwrap();
@@ -314,7 +320,7 @@ pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
 }
 
 /// One of two concurrent purges is done, the other is refused, at whichever handle.
-pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
+pub async fn one_of_two_concurrent_purges_is_refused(pair: &mut Pair) {
     let place = pair.values.clone();
     for _ in 0..8 {
         let job = place.stored_job(&pair.store).await.id;
@@ -332,7 +338,7 @@ pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
 }
 
 /// Changes that triggers allow, and others.
-pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
+pub async fn the_trace_loses_only_purged_columns(pair: &mut Pair) {
     let job = filled(pair).await;
     let other = filled(pair).await;
     let nothing = pair.ground.literal(&[]);
@@ -385,7 +391,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
 }
 
 /// Jobs that are due, of every tenant.
-pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
+pub async fn inactive_jobs_are_due(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let first = place.stored_job(&store).await.id;
     let other = place.stored_job(&pair.seen_by("other")).await.id;

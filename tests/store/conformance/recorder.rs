@@ -121,7 +121,7 @@ const UPKEEP: [&str; 12] = [
     "untouched",
     "seal_audit",
     "forget_answers",
-    "forget_told",
+    "forget_event_order",
     "check_writable",
     "ping",
     "close",
@@ -170,9 +170,9 @@ impl Upkeep for Watched {
         self.store.forget_answers(before, most)
     }
 
-    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
-        self.exercised.operation("forget_told");
-        self.store.forget_told(now, before, most)
+    fn forget_event_order(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.exercised.operation("forget_event_order");
+        self.store.forget_event_order(now, before, most)
     }
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Sealed>> {

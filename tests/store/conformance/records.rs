@@ -112,8 +112,8 @@ pub async fn an_iteration_comes_with_its_records(pair: &mut Pair) {
     assert_eq!(store.latest_record(job.id, 1, RecordKind::Curve).await.unwrap(), None);
     let ids: Vec<Uuid> = new.records.iter().map(|record| record.id).collect();
     assert_eq!(page(&store, job.id, PageRequest { limit: 5, after: None }).await.0, ids);
-    let told = store.trace(job.id, PageRequest { limit: 5, after: None }).await.unwrap().iterations.remove(0);
-    assert_eq!(told.records.iter().map(|record| record.id).collect::<Vec<_>>(), ids);
+    let traced = store.trace(job.id, PageRequest { limit: 5, after: None }).await.unwrap().iterations.remove(0);
+    assert_eq!(traced.records.iter().map(|record| record.id).collect::<Vec<_>>(), ids);
     // the iteration and each record are an event, and records no version
     assert_eq!((store.last_event(job.id).await.unwrap(), store.iteration(job.id, 1).await.unwrap().version), (3, 1));
 }

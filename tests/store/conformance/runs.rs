@@ -5,7 +5,7 @@ use flankfit::jobs::{NewRun, RepositoryError};
 use super::pair::Pair;
 use crate::support::{WHOLE, all_jobs, receipt};
 
-pub async fn runs_are_stored_as_a_whole_or_not_at_all(pair: &mut Pair) {
+pub async fn runs_are_stored_atomically(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let run = |iterations: usize| {
         let job = place.job("run");
@@ -16,9 +16,9 @@ pub async fn runs_are_stored_as_a_whole_or_not_at_all(pair: &mut Pair) {
     let runs = [run(2), run(3)];
     store.insert_runs(runs.to_vec(), Some(receipt("k", scope)), place.now()).await.unwrap();
     for run in &runs {
-        let told = store.trace(run.job.id, WHOLE).await.unwrap();
+        let trace = store.trace(run.job.id, WHOLE).await.unwrap();
         assert_eq!(
-            told.iterations.iter().map(|i| i.number).collect::<Vec<_>>(),
+            trace.iterations.iter().map(|i| i.number).collect::<Vec<_>>(),
             Vec::from_iter(1..=run.iterations.len() as u32)
         );
     }

@@ -33,7 +33,7 @@ pub async fn events(store: &Arc<dyn Repository>, job: Uuid) -> Vec<JobEvent> {
     events
 }
 
-pub async fn blocks_are_taken_in_their_turn_by_whoever_comes_first(pair: &mut Pair) {
+pub async fn blocks_are_accepted_in_order_from_concurrent_writers(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     let stream = Arc::new(place.stream(job));
@@ -78,10 +78,10 @@ pub async fn blocks_are_taken_in_their_turn_by_whoever_comes_first(pair: &mut Pa
     assert!(store.blocks(stream.id, 0).await.unwrap().is_empty(), "the iteration holds the nodes");
     assert_eq!(store.stream(stream.id).await.unwrap().iteration, Some(1));
 
-    let mut told = vec!["open"];
-    told.extend(["block"; 5]);
-    told.extend(["iteration", "finished"]);
-    assert_eq!(kinds(&events(&store, job).await), told);
+    let mut expected = vec!["open"];
+    expected.extend(["block"; 5]);
+    expected.extend(["iteration", "finished"]);
+    assert_eq!(kinds(&events(&store, job).await), expected);
     let last = events(&store, job).await.pop().unwrap();
     let EventKind::Stream { id, state, sequence, node_count, iteration } = last.kind else {
         panic!("a stream's event")
@@ -147,8 +147,8 @@ pub async fn a_stream_ends_once(pair: &mut Pair) {
         }
     }
     let events = events(&store, job).await;
-    let told = events.iter().filter(|event| matches!(event.kind, EventKind::Iteration { .. })).count();
-    assert_eq!(told, iterations as usize);
+    let count = events.iter().filter(|event| matches!(event.kind, EventKind::Iteration { .. })).count();
+    assert_eq!(count, iterations as usize);
 }
 
 pub async fn streams_are_listed_page_by_page(pair: &mut Pair) {

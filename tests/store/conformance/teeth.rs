@@ -28,7 +28,7 @@ async fn patched(place: &Values, store: &Arc<dyn Repository>, job: Uuid, teeth: 
 
 /// No check before the write can know what another request writes meanwhile: here the write itself
 /// is asked.
-pub async fn a_tooth_that_the_gear_has_not_got_is_not_written(pair: &mut Pair) {
+pub async fn unknown_teeth_are_not_stored(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     patched(&place, &store, job, 30).await.unwrap();
@@ -63,7 +63,7 @@ pub async fn a_tooth_that_the_gear_has_not_got_is_not_written(pair: &mut Pair) {
 
 /// An import is read by the gear that the job had when it began; nothing may have changed by its
 /// end.
-pub async fn what_was_made_by_another_gear_is_not_written(pair: &mut Pair) {
+pub async fn results_of_another_gear_are_not_stored(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let made_with = |gear: Option<&str>| {
@@ -92,7 +92,7 @@ pub async fn an_older_name_of_a_tooth_is_that_tooth(pair: &mut Pair) {
     assert_eq!(store.successors(job, 4).await.unwrap(), Successors::default());
 }
 
-pub async fn a_record_keeps_the_gear_that_it_is_of(pair: &mut Pair) {
+pub async fn a_record_keeps_its_gear(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     place.stored_iteration(&store, job.id).await;

@@ -97,17 +97,17 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
 
     let trace = store.trace(job.id, WHOLE).await.unwrap();
     assert_eq!(trace.job, Job { status: JobStatus::Accepted, ..job });
-    let told = &trace.iterations[0];
+    let traced = &trace.iterations[0];
     let fits: Vec<_> =
-        told.fits.iter().map(|fit| &fit.summary).map(|fit| (fit.id, fit.chosen, fit.figures.lambda_star)).collect();
+        traced.fits.iter().map(|fit| &fit.summary).map(|fit| (fit.id, fit.chosen, fit.figures.lambda_star)).collect();
     assert_eq!(fits, [(first.fit.id, true, Some(1e-4)), (second.id, false, Some(0.25))]);
-    assert_eq!(told.fits[1].summary.figures, second.computed.figures);
-    assert_eq!(told.fits[1].coefficients, r#"[{"term":"1","value":0.25}]"#);
-    assert_eq!(told.fits[1].summary.event.reason.as_deref(), Some("more shrinkage"));
-    let choices: Vec<_> = told.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();
+    assert_eq!(traced.fits[1].summary.figures, second.computed.figures);
+    assert_eq!(traced.fits[1].coefficients, r#"[{"term":"1","value":0.25}]"#);
+    assert_eq!(traced.fits[1].summary.event.reason.as_deref(), Some("more shrinkage"));
+    let choices: Vec<_> = traced.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();
     assert_eq!(choices, [(first.fit.id, None), (second.id, Some("smoother")), (first.fit.id, Some("back"))]);
-    assert_eq!((&told.instrument, &told.operator), (&Some("CMM".to_owned()), &Some("Ida".to_owned())));
-    let decisions: Vec<_> = told.decisions.iter().map(|decision| decision.decision).collect();
+    assert_eq!((&traced.instrument, &traced.operator), (&Some("CMM".to_owned()), &Some("Ida".to_owned())));
+    let decisions: Vec<_> = traced.decisions.iter().map(|decision| decision.decision).collect();
     assert_eq!(decisions, [Decision::Remachine, Decision::Accepted]);
     let fits = store.iteration(job.id, 1).await.unwrap().fits;
     assert_eq!(fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [true, false]);
@@ -116,7 +116,7 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
 }
 
 /// Each iteration is listed with its chosen fit and the last decision.
-pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
+pub async fn iterations_are_listed_with_fit_and_decision(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     assert_eq!(store.iterations(job.id, WHOLE).await.unwrap().items, []);
@@ -178,7 +178,7 @@ pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
 }
 
 /// Each says of its own who did it, and nobody where nobody was known.
-pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
+pub async fn actors_are_stored_with_their_changes(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let event = |by: Option<&str>| Event { reason: None, by: by.map(Into::into), created_at: place.now() };
@@ -197,11 +197,11 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
     store.insert_record(job.id, 1, Arc::new(record.clone()), None).await.unwrap();
 
     let found = store.iteration(job.id, 1).await.unwrap();
-    let told = |fits: &[FitSummary]| -> Vec<[Option<Arc<str>>; 2]> {
+    let authors = |fits: &[FitSummary]| -> Vec<[Option<Arc<str>>; 2]> {
         fits.iter().map(|fit| [fit.event.by.clone(), fit.chosen_by.clone()]).collect()
     };
     let key = |name: &str| Some(Arc::from(name));
-    assert_eq!(told(&found.fits), [[key("key-a"), key("key-a")], [key("key-b"), None], [None, None]]);
+    assert_eq!(authors(&found.fits), [[key("key-a"), key("key-a")], [key("key-b"), None], [None, None]]);
     for by in [Some("key-c"), None] {
         let choice = Choice { fit_id: if by.is_some() { refit.id } else { nobodys.id }, event: event(by) };
         store.choose(job.id, 1, choice, Precondition::None).await.unwrap();
@@ -216,7 +216,7 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
         assert_eq!(found.fits.iter().map(|fit| fit.chosen_by.clone()).collect::<Vec<_>>(), expected);
     }
     let page = store.fits(job.id, 1, WHOLE).await.unwrap();
-    assert_eq!(told(&page.items), [[key("key-a"), None], [key("key-b"), None], [None, None]]);
+    assert_eq!(authors(&page.items), [[key("key-a"), None], [key("key-b"), None], [None, None]]);
     assert_eq!(store.fit(job.id, 1, refit.id).await.unwrap().event, refit.event);
     assert_eq!(store.fit(job.id, 1, nobodys.id).await.unwrap().event.by, None);
     assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), record);
@@ -226,7 +226,7 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
 
     let traced = store.trace(job.id, WHOLE).await.unwrap().iterations.remove(0);
     let summaries: Vec<FitSummary> = traced.fits.into_iter().map(|fit| fit.summary).collect();
-    assert_eq!(told(&summaries), told(&page.items));
+    assert_eq!(authors(&summaries), authors(&page.items));
     let choices: Vec<_> = traced.choices.into_iter().map(|choice| choice.event.by).collect();
     assert_eq!(choices, [key("key-a"), key("key-c"), None]);
     let decisions: Vec<_> = traced.decisions.into_iter().map(|decision| decision.event.by).collect();
@@ -287,10 +287,10 @@ pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
     let iteration = store.iteration(job.id, 2).await.unwrap();
     assert_eq!(iteration.fits.iter().map(|fit| fit.id).collect::<Vec<_>>(), ids[ids.len() - most..]);
     assert_eq!((iteration.earlier_fits, iteration.fits[most - 1].chosen), (5, true));
-    let told = &store.trace(job.id, WHOLE).await.unwrap().iterations[1];
-    assert_eq!((told.fits.len(), told.choices.len(), told.decisions.len()), (most, most, most));
-    assert_eq!(told.earlier, Earlier { fits: 5, choices: 5, decisions: 4, records: 0 });
-    assert_eq!(told.choices[most - 1].fit_id, ids[ids.len() - 1]);
+    let traced = &store.trace(job.id, WHOLE).await.unwrap().iterations[1];
+    assert_eq!((traced.fits.len(), traced.choices.len(), traced.decisions.len()), (most, most, most));
+    assert_eq!(traced.earlier, Earlier { fits: 5, choices: 5, decisions: 4, records: 0 });
+    assert_eq!(traced.choices[most - 1].fit_id, ids[ids.len() - 1]);
 }
 
 /// A page of the trace is bounded, however long the responses of fits are.
@@ -310,9 +310,9 @@ pub async fn a_page_of_the_trace_is_bounded_in_bytes_too(pair: &mut Pair) {
         }
     }
     let page = store.trace(job.id, WHOLE).await.unwrap();
-    let told: Vec<(usize, u64)> = page.iterations.iter().map(|it| (it.fits.len(), it.earlier.fits)).collect();
+    let counts: Vec<(usize, u64)> = page.iterations.iter().map(|it| (it.fits.len(), it.earlier.fits)).collect();
     // 3 MiB, then at least one fit of the next iteration, with which the page is full
-    assert_eq!(told, [(2, 0), (1, 2)]);
+    assert_eq!(counts, [(2, 0), (1, 2)]);
     assert_eq!(page.iterations[0].fits[1].coefficients, long(&place).1, "as it was answered");
     let rest = store.trace(job.id, PageRequest { limit: 50, after: page.next }).await.unwrap();
     assert_eq!(rest.iterations.iter().map(|it| (it.fits.len(), it.earlier.fits)).collect::<Vec<_>>(), [(1, 3)]);

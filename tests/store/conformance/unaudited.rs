@@ -128,7 +128,7 @@ async fn administered(pair: &Pair, of: &Changeable) -> Outcomes {
     all
 }
 
-pub async fn what_cannot_be_entered_is_not_changed(pair: &mut Pair) {
+pub async fn changes_without_audit_entry_are_refused(pair: &mut Pair) {
     let of = changeable(pair).await;
     let before = read(pair, &of).await;
     pair.ground.refuse_entries(true).await;

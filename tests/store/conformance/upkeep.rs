@@ -46,7 +46,7 @@ pub async fn kept_answers_are_forgotten_by_their_age(pair: &mut Pair) {
     pair.store.insert_job(place.job("again"), Some(receipt("1", "POST /v1/jobs"))).await.unwrap();
 }
 
-pub async fn a_store_answers_until_it_is_closed(pair: &mut Pair) {
+pub async fn a_store_responds_until_it_is_closed(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     for handle in &pair.handles {
         handle.ping().await.unwrap();
@@ -68,7 +68,7 @@ pub async fn a_store_answers_until_it_is_closed(pair: &mut Pair) {
 
 /// Requests above the length of the queue are not stored, and nothing else is refused because of
 /// them.
-pub async fn a_full_queue_refuses_what_it_cannot_take(pair: &mut Pair) {
+pub async fn a_full_queue_refuses_only_the_excess(pair: &mut Pair) {
     pair.reopen_narrow(4).await;
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;

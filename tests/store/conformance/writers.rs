@@ -108,7 +108,7 @@ pub async fn one_request_that_the_store_refuses_does_not_take_others_along(pair:
     assert!(numbers.into_iter().eq(1..=36));
 }
 
-pub async fn a_dropped_request_is_stored_all_the_same(pair: &mut Pair) {
+pub async fn a_dropped_request_is_stored(pair: &mut Pair) {
     let (store, place) = (pair.handles[0].of(&crate::support::caller("default")), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     for _ in 0..5 {
@@ -167,7 +167,7 @@ pub async fn a_job_is_deleted_or_gets_something(pair: &mut Pair) {
 }
 
 /// Writes of one key at the same time, also where they are of different kinds and jobs: one stores.
-pub async fn a_key_is_used_once_whoever_comes_first(pair: &mut Pair) {
+pub async fn a_key_is_used_once_by_concurrent_writers(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let jobs = [place.stored_job(&store).await.id, place.stored_job(&store).await.id];
     for round in 0..5 {

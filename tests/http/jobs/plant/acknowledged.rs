@@ -27,10 +27,10 @@ pub struct Acknowledged {
 }
 
 /// Everything acknowledged is stored once, and nothing else; its audit is complete.
-pub async fn check_iterations(plant: &Plant, job: &str, told: &mut [Written]) {
-    told.sort_unstable();
-    let count = told.len() as u64;
-    assert!(told.iter().map(|written| written.number).eq(1..=count), "each number was told once");
+pub async fn check_iterations(plant: &Plant, job: &str, acknowledged: &mut [Written]) {
+    acknowledged.sort_unstable();
+    let count = acknowledged.len() as u64;
+    assert!(acknowledged.iter().map(|written| written.number).eq(1..=count), "each number was acknowledged once");
     let (mut there, mut cursor) = (Vec::new(), String::new());
     loop {
         let trace = format!("{}{job}/trace?limit=200{cursor}", plant.base);
@@ -40,7 +40,7 @@ pub async fn check_iterations(plant: &Plant, job: &str, told: &mut [Written]) {
         let Some(next) = page["next_cursor"].as_str() else { break };
         cursor = format!("&cursor={next}");
     }
-    assert!(there.iter().eq(told.iter().map(|written| &written.id)), "and is there once");
+    assert!(there.iter().eq(acknowledged.iter().map(|written| &written.id)), "and is there once");
     let audit = plant.get(&format!("{}{}", plant.base, crate::jobs::audit::verify_of(job))).await.expect(200);
     assert_eq!(audit.json()["intact"], true, "{}", audit.text);
 }
@@ -72,7 +72,7 @@ impl Acknowledged {
             assert!(changed.0.elapsed() < PATIENCE, "{seen} of {last} events of {} are heard", self.job);
             sleep(Duration::from_millis(20)).await;
         }
-        assert!(self.events.lock().unwrap().iter().copied().eq(1..=last), "each event was told once and in its turn");
+        assert!(self.events.lock().unwrap().iter().copied().eq(1..=last), "each event arrived once and in its turn");
         let stored = send(plant.client.get(format!("{}{}", plant.base, self.stream))).await.expect(200).json();
         assert_eq!(stored["sequence"].as_u64(), Some(self.blocks.len() as u64));
     }
@@ -81,9 +81,9 @@ impl Acknowledged {
     async fn check_blocks(&self, plant: &Plant) {
         let calm = plant.post(&format!("{}/streams", self.job), &spec()).await.expect(201);
         let calm = format!("{}/nodes", calm.header("location").unwrap());
-        for (sequence, told) in (1..).zip(&self.blocks) {
+        for (sequence, digest) in (1..).zip(&self.blocks) {
             let answer = plant.post(&calm, &nodes(sequence)).await.expect(200);
-            assert!(sha256(&answer.text) == *told, "block {sequence}: {}", answer.text);
+            assert!(sha256(&answer.text) == *digest, "block {sequence}: {}", answer.text);
         }
         let beyond = self.blocks.len() as u64 + 2;
         plant.post(&calm, &block(beyond, 0..5)).await.problem(409, "conflict");

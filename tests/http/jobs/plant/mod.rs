@@ -101,7 +101,7 @@ impl Interrupted<'_> {
         // a busy machine takes its time to start a server: a quarter of what the clock allows
         let least = time.as_secs() / (4 * BETWEEN_KILLS.as_secs());
         assert!(self.kills >= least.max(1), "{} servers were killed in {time:?}", self.kills);
-        assert!(self.is_whole(), "something is missing of what is told above");
+        assert!(self.is_whole(), "something is missing of what is printed above");
         let broken = self.plant.counts.broken.load(Ordering::Relaxed);
         let refused = self.plant.counts.refused.load(Ordering::Relaxed);
         assert!(broken + refused > 0, "no client has met with any of it");
@@ -119,7 +119,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
     let proxy = Proxy::start(3);
     let replicas = proxy.servers.map(|address| kill::Server::start_at(address, &url, &[])).into();
     let plant = Arc::new(Plant::new(&proxy.base));
-    let mut told = Vec::new();
+    let mut acknowledged = Vec::new();
     let (mut listeners, mut writers, mut probes) = (JoinSet::new(), JoinSet::new(), JoinSet::new());
     for of in 0..JOBS {
         let job = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
@@ -135,7 +135,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
         }
         let at = (plant.clone(), stream.clone());
         probes.spawn(async move { (of, at.0.stream(&at.1, of % 2 == 0).await) });
-        told.push(Acknowledged { job, stream, events, ..Acknowledged::default() });
+        acknowledged.push(Acknowledged { job, stream, events, ..Acknowledged::default() });
     }
     let watched = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
     let watched = watched.header("location").unwrap().to_owned();
@@ -172,21 +172,21 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
     cutting.abort();
 
     for (of, stored) in writers.join_all().await {
-        told[of].iterations.extend(stored);
+        acknowledged[of].iterations.extend(stored);
     }
     for (of, answers) in probes.join_all().await {
-        told[of].blocks = answers;
+        acknowledged[of].blocks = answers;
     }
     let mut made = watching.await.unwrap();
-    tell(&interrupted, &told);
+    report(&interrupted, &acknowledged);
     println!("{} iterations were stored with progress", made.len());
     interrupted.assert_whole(time);
     let failures = std::mem::take(&mut *plant.failures.lock().unwrap());
     assert!(failures.is_empty(), "{} failures: {:#?}", failures.len(), &failures[..failures.len().min(5)]);
     let mut checks = JoinSet::new();
-    for told in told {
+    for one in acknowledged {
         let plant = plant.clone();
-        checks.spawn(async move { told.check(&plant).await });
+        checks.spawn(async move { one.check(&plant).await });
     }
     checks.join_all().await;
     assert!(!made.is_empty());
@@ -196,7 +196,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
 }
 
 /// Prints what happened.
-fn tell(interrupted: &Interrupted<'_>, told: &[Acknowledged]) {
+fn report(interrupted: &Interrupted<'_>, acknowledged: &[Acknowledged]) {
     let counts = &interrupted.plant.counts;
     let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
     println!(
@@ -213,7 +213,7 @@ fn tell(interrupted: &Interrupted<'_>, told: &[Acknowledged]) {
     );
     let [before, with, after] = interrupted.cuts.fallen();
     println!("connections cut before COMMIT {before}, with it {with}, before its answer {after}");
-    let iterations: usize = told.iter().map(|told| told.iterations.len()).sum();
-    let blocks: usize = told.iter().map(|told| told.blocks.len()).sum();
+    let iterations: usize = acknowledged.iter().map(|one| one.iterations.len()).sum();
+    let blocks: usize = acknowledged.iter().map(|one| one.blocks.len()).sum();
     println!("acknowledged: {iterations} iterations, {blocks} blocks");
 }

@@ -240,7 +240,7 @@ async fn a_result_is_sent_even_if_memory_is_exhausted() {
 
 /// The header is sent if the response is known before the events begin.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_result_that_is_given_again_says_so() {
+async fn a_replayed_result_is_marked() {
     let app = TestApp::around(harness::TestApp::start_with(|settings| settings.pace.look = super::PATIENCE).await);
     let path = format!("{}/iterations", app.job().await);
     for replayed in [None, Some("true")] {

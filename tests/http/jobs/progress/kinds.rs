@@ -116,11 +116,11 @@ async fn the_result_is_the_body_of_the_plain_answer() {
         assert!(plain.status == 200 || plain.status == 201, "{id}: {}", plain.text);
         let by_plain = count_of_jobs(&app).await - jobs;
         let data = result(with_progress(body.request(&app, &path.replace("{job}", &other_job)))).await;
-        let told = masked(&plain.text);
-        if told == plain.text {
+        let expected = masked(&plain.text);
+        if expected == plain.text {
             assert!(data == plain.text, "{id}: {data}\n{}", plain.text);
         }
-        assert!(masked(&data) == told, "{id}: {data}\n{}", plain.text);
+        assert!(masked(&data) == expected, "{id}: {data}\n{}", plain.text);
         assert_eq!(count_of_jobs(&app).await - jobs, 2 * by_plain, "{id}");
         stored_jobs += by_plain;
         for list in ["trace", "iterations/1/fits", "iterations/1/records"] {

@@ -43,7 +43,7 @@ const NEXT: &str = "
     VALUES (1000, 'the next version', true, '', 0)";
 
 /// One that the next version has been to, as while replicas are replaced one by one.
-pub async fn beside_the_next() -> Postgres {
+pub async fn after_next_version() -> Postgres {
     static TEMPLATE: OnceCell<String> = OnceCell::const_new();
     let server = Server::shared();
     let template = TEMPLATE

@@ -135,7 +135,7 @@ impl Ground for Sqlite {
     /// True if the text is in the file, or in its log.
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool> {
         Box::pin(async move {
-            [self.place.file(), self.place.beside("jobs.db-wal")].into_iter().any(|file| {
+            [self.place.file(), self.place.path("jobs.db-wal")].into_iter().any(|file| {
                 let bytes = std::fs::read(file).unwrap_or_default();
                 bytes.windows(text.len()).any(|piece| piece == text.as_bytes())
             })
