@@ -15,6 +15,7 @@ mod contract;
 mod corpus;
 mod cors;
 mod criteria;
+mod defaults;
 mod degenerate;
 mod document;
 mod documents;

@@ -7,6 +7,7 @@
 //! OpenAPI 3.0, which is the one that generators take (`docs/how-to/clients.md`).
 
 mod closed;
+mod defaults;
 mod flat;
 mod generators;
 mod generics;
@@ -36,6 +37,7 @@ pub fn shape(document: &mut OpenApi) {
     variants::name(schemas);
     closed::close(schemas, &document.paths);
     schemas.values_mut().for_each(without_code);
+    schemas.values_mut().for_each(defaults::move_from_descriptions);
     let used = reach::of_paths(schemas, &document.paths, |_| true);
     schemas.retain(|name, _| used.contains(name));
     document.components = Some(components);

@@ -30,7 +30,7 @@ pub struct GearBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.1, exclusive_maximum = 80)]
     pub normal_pressure_angle_deg: Option<f64>,
-    /// β on the reference cylinder. Default 0; below 0 is a left-hand helix.
+    /// β on the reference cylinder, below 0 for a left-hand helix. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = -89, exclusive_maximum = 89)]
     pub helix_angle_deg: Option<f64>,

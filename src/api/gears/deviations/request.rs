@@ -59,7 +59,7 @@ request! {
         #[serde(skip_serializing_if = "Vec::is_empty")]
         required modifications: Vec<ModificationBody>,
         optional modification_range: ModificationRangeBody,
-        /// Radius of the ball whose centres `points` are. Default 0: they lie on the surface.
+        /// Radius of the ball whose centres `points` are; 0 if they lie on the surface. Default 0.
         #[schema(minimum = 0)]
         optional probe_radius_mm: f64,
         /// Direction of the deviations. Default `normal`.

@@ -34,7 +34,7 @@ pub struct KBandBody {
     /// Reference of the deviations. Default `involute`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
-    /// Coordinate of places of profiles. Default `roll_length`. Places of helices are z in mm.
+    /// Coordinate of places of profiles; those of helices are z in mm. Default `roll_length`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxis>,
     /// At least two points, places ascending. Samples outside its ends are not limited.

@@ -72,7 +72,7 @@ pub struct EvaluationSettingsBody {
     pub profile_reference_length_mm: Option<f64>,
     /// The length that helix slopes are extended to; overrides `helix_reference`.
     pub helix_reference_length_mm: Option<f64>,
-    /// Default `evaluation_range`, L_α.
+    /// Length that profile slopes refer to. Default `evaluation_range`.
     pub profile_reference: Option<ProfileReference>,
     /// Default `face_width`.
     pub helix_reference: Option<HelixReference>,
@@ -81,7 +81,7 @@ pub struct EvaluationSettingsBody {
     /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
     /// `material`.
     pub deviation_sign: Option<DeviationSign>,
-    /// Direction of the posted deviations. Default `transverse`; results are transverse.
+    /// Direction of the posted deviations; results are transverse. Default `transverse`.
     pub direction: Option<Direction>,
     /// Reference of the figures. Default `design` with `modifications` or `design_um`, else
     /// `involute`. With `design` the job's limits of slopes, crownings and twist, which apply to

@@ -17,7 +17,7 @@ pub(in crate::spec) struct Predict {
     /// Level of the bands; by default that of the fit's intervals.
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
     level: Option<f64>,
-    /// Kinds of bands; default `["confidence"]`.
+    /// Kinds of bands. Default `["confidence"]`.
     #[serde(default = "confidence")]
     kinds: Vec<Band>,
     /// If true, slopes with their intervals are included.

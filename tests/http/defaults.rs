@@ -1,0 +1,81 @@
+//! Defaults of the document are those of the service: a request with one of them written out has
+//! the response of the request without it.
+
+use flankfit::{api::examples::REQUEST_EXAMPLES, http::openapi::openapi_json};
+use serde_json::{Value, json};
+
+use crate::harness::{TestApp, send};
+
+/// Requests with one default written out, and its place.
+struct Written<'a> {
+    schemas: &'a Value,
+    found: Vec<(String, Value)>,
+}
+
+impl Written<'_> {
+    fn look(&mut self, schema: &Value, part: &Value, at: &str, whole: &Value) {
+        let schema = match schema["$ref"].as_str() {
+            Some(reference) => &self.schemas[reference.rsplit('/').next().unwrap()],
+            None => schema,
+        };
+        if let Some(mapping) = schema.pointer("/discriminator/mapping")
+            && let Some(reference) = part["type"].as_str().and_then(|kind| mapping[kind].as_str())
+        {
+            return self.look(&json!({"$ref": reference}), part, at, whole);
+        }
+        match part {
+            Value::Object(fields) => {
+                for (name, property) in schema["properties"].as_object().into_iter().flatten() {
+                    let place = format!("{at}/{name}");
+                    match (fields.get(name), property.get("default")) {
+                        (Some(value), _) => self.look(property, value, &place, whole),
+                        (None, Some(default)) => {
+                            let mut request = whole.clone();
+                            request.pointer_mut(at).unwrap()[name] = default.clone();
+                            self.found.push((place, request));
+                        }
+                        (None, None) => {}
+                    }
+                }
+            }
+            Value::Array(list) => {
+                for (i, entry) in list.iter().enumerate().take(2) {
+                    self.look(&schema["items"], entry, &format!("{at}/{i}"), whole);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+#[tokio::test]
+async fn defaults_of_the_document_are_those_of_the_service() {
+    let app = TestApp::start().await;
+    let document: Value = serde_json::from_str(openapi_json()).unwrap();
+    let mut wrong = Vec::new();
+    let mut tried = 0;
+    for (path, item) in document["paths"].as_object().unwrap() {
+        let operation = &item["post"];
+        // responses of what is stored have ids and times
+        if path.contains('{') || path == "/v1/jobs" || operation["responses"].get("200").is_none() {
+            continue;
+        }
+        let examples = REQUEST_EXAMPLES.iter().filter(|one| operation["operationId"] == one.operation_id);
+        for example in examples {
+            let request: Value = serde_json::from_str(example.text).unwrap();
+            let schema = &operation["requestBody"]["content"]["application/json"]["schema"];
+            let mut written = Written { schemas: &document["components"]["schemas"], found: Vec::new() };
+            written.look(schema, &request, "", &request);
+            let plain = send(app.post(path).json(&request)).await;
+            for (place, request) in written.found {
+                let answer = send(app.post(path).json(&request)).await;
+                tried += 1;
+                if (answer.status, &answer.text) != (plain.status, &plain.text) {
+                    let length = answer.text.len().min(300);
+                    wrong.push(format!("{} {place}: {}", example.name, &answer.text[..length]));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty() && tried > 100, "{tried}\n{}", wrong.join("\n"));
+}
