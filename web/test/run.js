@@ -56,10 +56,10 @@ async function end(child, failed) {
 
 /**
  * Takes one file after another from a list until it is empty.
- * @param {string[]} names @param {boolean} apart whether each has a process of its own
- * @param {(name: string, outcome: Outcome) => void} told
+ * @param {string[]} names @param {boolean} separate whether each has a process of its own
+ * @param {(name: string, outcome: Outcome) => void} report
  */
-async function work(names, apart, told) {
+async function work(names, separate, report) {
   while (names.length > 0) {
     const child = fork(worker, [folder], { execArgv: ["--test-reporter=spec"] });
     let faulty = false;
@@ -68,8 +68,8 @@ async function work(names, apart, told) {
       const { count, failed, leftOut } = await outcome(child, name);
       faulty ||= failed.length > 0;
       const faults = count === 0 && failed.length === 0 ? ["(there is no test in it)"] : failed;
-      told(name, { count, failed: faults, leftOut });
-    } while (!apart && child.connected && names.length > 0);
+      report(name, { count, failed: faults, leftOut });
+    } while (!separate && child.connected && names.length > 0);
     await end(child, faulty);
   }
 }
@@ -84,12 +84,12 @@ let all = 0;
 const faults = [];
 /** @type {string[]} */
 const last = [];
-const told = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed, leftOut }) => {
+const report = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed, leftOut }) => {
   all += count;
   last.push(...leftOut.map((one) => `left out: ${one}`));
   faults.push(...failed.map((one) => `${name}: ${one}`));
 };
-await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, told)));
+await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, report)));
 
 console.log(`${all} tests of ${files.length} files, ${faults.length} failed`);
 for (const fault of faults) console.log(`failed: ${fault}`);

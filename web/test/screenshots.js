@@ -41,18 +41,18 @@ const diameter = (roll) => Number((2 * Math.hypot(26 * Math.cos(Math.PI / 9), ro
 
 /** The traces through the middle of the nodes. @param {{ u: number[], v: number[], z: (number | null)[][] }} nodes */
 async function evaluation({ u, v, z }) {
-  const asked = JSON.parse(await example("requests/gear_evaluate.json"));
+  const request = JSON.parse(await example("requests/gear_evaluate.json"));
   const [row, column] = [4, 7];
   const diameters = u.map(diameter);
-  asked.evaluation.profile_diameter_range_mm = [diameters[0], diameters.at(-1)];
+  request.evaluation.profile_diameter_range_mm = [diameters[0], diameters.at(-1)];
   const of = { tooth: "1", flank: "left" };
   const profile = { kind: "profile", diameter_mm: diameters, deviation_um: z.map((line) => line[column]) };
   const helix = { kind: "helix", z_mm: v, deviation_um: z[row] };
-  asked.traces = [
+  request.traces = [
     { ...of, ...profile, section_z_mm: v[column] },
     { ...of, ...helix, section_diameter_mm: diameters[row] },
   ];
-  return asked;
+  return request;
 }
 
 /** @param {World} world */

@@ -70,8 +70,8 @@ function cutOff(error) {
 
 /** @param {unknown} body @param {Response} response */
 export function refusal(body, response) {
-  const told = typeof body === "object" && body !== null && "code" in body;
-  const problem = told ? /** @type {Schema<"Problem">} */ (body) : unexplained(response);
+  const isProblem = typeof body === "object" && body !== null && "code" in body;
+  const problem = isProblem ? /** @type {Schema<"Problem">} */ (body) : unexplained(response);
   if (response.status === 401) keyWanted.value = "unauthorized";
   else if (response.status === 403 && problem.code === "forbidden") keyWanted.value = "forbidden";
   return new ApiError(problem, response);

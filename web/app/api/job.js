@@ -35,6 +35,6 @@ async function wholeTrace(jobId, signal) {
 }
 
 /** The fit that stands. @param {TracedIteration} iteration */
-export function standingFit({ fits }) {
+export function chosenFit({ fits }) {
   return fits.find(({ chosen }) => chosen) ?? fits.at(-1);
 }

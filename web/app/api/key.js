@@ -13,7 +13,7 @@ export const keyWanted = signal(/** @type {"unauthorized" | "forbidden" | null} 
 
 /** @typedef {import("./client.js").Schema<"Whoami">} Whoami */
 /** Who asks, as the server said last. @type {import("../../vendor/ui.js").Signal<Whoami | undefined>} */
-export const caller = signal(told());
+export const caller = signal(storedCaller());
 
 /** Whether the caller may ask for what needs this scope; as long as nobody has said, they may try. @param {Whoami["scopes"][number]} scope */
 export function may(scope) {
@@ -21,7 +21,7 @@ export function may(scope) {
 }
 
 /** @param {Whoami | undefined} who */
-export function tellCaller(who) {
+export function setCaller(who) {
   if (JSON.stringify(who) === JSON.stringify(caller.peek())) return;
   caller.value = who;
   if (who) sessionStorage.setItem(MAY, JSON.stringify(who));
@@ -29,7 +29,7 @@ export function tellCaller(who) {
 }
 
 /** From this tab, so that a reload offers at once what it offered before. @returns {Whoami | undefined} */
-function told() {
+function storedCaller() {
   try {
     return JSON.parse(globalThis.sessionStorage?.getItem(MAY) ?? "null") ?? undefined;
   } catch {
@@ -58,6 +58,6 @@ export function takeKey(key, remember) {
 export function forgetKey() {
   sessionStorage.removeItem(PLACE);
   localStorage.removeItem(PLACE);
-  tellCaller(undefined);
+  setCaller(undefined);
   session.value += 1;
 }

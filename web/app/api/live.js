@@ -38,8 +38,8 @@ function useEvents(path, listener) {
   }, [path, session.value]);
 }
 
-/** @param {string} path @param {Listener} tell @returns {() => void} ends it */
-function follow(path, tell) {
+/** @param {string} path @param {Listener} notify @returns {() => void} ends it */
+function follow(path, notify) {
   const place = new URL(path, location.origin);
   let last = "latest";
   let wait = 1000;
@@ -49,7 +49,7 @@ function follow(path, tell) {
   let open;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let timer;
-  const { tell: tellQuietly, stop } = whenNobodyTypes(tell);
+  const { notify: notifyQuietly, stop } = whenNobodyTypes(notify);
 
   const connect = async () => {
     open = new AbortController();
@@ -66,7 +66,7 @@ function follow(path, tell) {
       }
       wait = 1000;
       begun = true;
-      tellQuietly([]);
+      notifyQuietly([]);
       await read(response.body);
     } catch {
       // a lost connection has been told of by the transport
@@ -82,7 +82,7 @@ function follow(path, tell) {
     for await (const found of eventsOf(body)) {
       if (found.length === 0) continue;
       last = found.at(-1)?.id || last;
-      tellQuietly(found.map(({ data }) => JSON.parse(data)));
+      notifyQuietly(found.map(({ data }) => JSON.parse(data)));
     }
   };
 
@@ -106,15 +106,15 @@ function follow(path, tell) {
   };
 }
 
-/** Keeps news while a dialog is open or a field has the focus. @param {Listener} tell */
-function whenNobodyTypes(tell) {
+/** Keeps news while a dialog is open or a field has the focus. @param {Listener} notify */
+function whenNobodyTypes(notify) {
   /** @type {JobEvent[] | undefined} */
   let waiting;
   const flush = () => {
     if (waiting === undefined || isTyping()) return;
     const events = waiting;
     waiting = undefined;
-    tell(events);
+    notify(events);
   };
   // the focus has moved on once the event is over
   const later = () => setTimeout(flush);
@@ -122,7 +122,7 @@ function whenNobodyTypes(tell) {
   document.addEventListener("close", later, true);
   return {
     /** @param {JobEvent[]} events */
-    tell: (events) => {
+    notify: (events) => {
       waiting = [...(waiting ?? []), ...events];
       flush();
     },

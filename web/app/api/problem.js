@@ -16,7 +16,7 @@ export class ApiError extends Error {
   }
 
   /** What is wrong at places that none of these pointers (or anything below them) names. @param {readonly string[]} known */
-  faultsBeside(known) {
+  faultsElsewhere(known) {
     const errors = this.problem.errors ?? [];
     return errors.filter(({ pointer }) => !known.some((one) => pointer === one || pointer.startsWith(`${one}/`)));
   }

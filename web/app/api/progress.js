@@ -6,17 +6,17 @@ import { transport } from "./client.js";
 import { sendAgain } from "./connection.js";
 import { OfflineError } from "./problem.js";
 
-/** @typedef {(progress: { done: number, seconds: number | undefined }) => void} Tell `done` from 0 to 1; `seconds` that remain */
+/** @typedef {(progress: { done: number, seconds: number | undefined }) => void} OnProgress `done` from 0 to 1; `seconds` that remain */
 
 /**
  * The `fetch` of such requests: its response is that of the plain request.
- * @param {Tell} tell
+ * @param {OnProgress} onProgress
  * @returns {(request: Request) => Promise<Response>}
  */
-export const withProgress = (tell) => (request) => sendAgain(request, (one) => followed(one, tell));
+export const withProgress = (onProgress) => (request) => sendAgain(request, (one) => followed(one, onProgress));
 
-/** @param {Request} request @param {Tell} tell */
-async function followed(request, tell) {
+/** @param {Request} request @param {OnProgress} onProgress */
+async function followed(request, onProgress) {
   request.headers.set("accept", "text/event-stream");
   const response = await transport(request);
   // what is refused at once has no events
@@ -26,7 +26,7 @@ async function followed(request, tell) {
       for (const { event, data } of events) {
         if (event !== "progress") return last(event, data, response);
         const { progress: done, remaining_seconds: seconds } = JSON.parse(data);
-        tell({ done, seconds });
+        onProgress({ done, seconds });
       }
     }
   } catch (error) {

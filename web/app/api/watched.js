@@ -31,19 +31,19 @@ export function useWatched() {
       const stop = () => own.abort();
       signal?.addEventListener("abort", stop, { once: true });
       // of two that overlap only the later is told of
-      const tell = (/** @type {typeof state} */ next) => {
+      const update = (/** @type {typeof state} */ next) => {
         if (abort.current === own) setState(next);
       };
-      tell({ running: true, progress: undefined });
+      update({ running: true, progress: undefined });
       try {
-        const fetch = withProgress((progress) => tell({ running: true, progress }));
+        const fetch = withProgress((progress) => update({ running: true, progress }));
         return await answer(send({ signal: own.signal, fetch }));
       } catch (error) {
         if (own.signal.aborted) throw new CancelledError("cancelled", { cause: error });
         throw error;
       } finally {
         signal?.removeEventListener("abort", stop);
-        tell({ running: false, progress: undefined });
+        update({ running: false, progress: undefined });
       }
     },
   };

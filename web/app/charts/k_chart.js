@@ -51,7 +51,7 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
   const [a, b] = scale.deviation;
   const ticks = ticksOf(a, b, wide);
   const lengths = lengthLabels(scale.length, sheet.range, scale.perLength, flat);
-  const beside = flat ? [] : lengths.map(({ at }) => EDGE.long / 2 + long - along(at));
+  const side = flat ? [] : lengths.map(({ at }) => EDGE.long / 2 + long - along(at));
   const [whole, tall] = [width + EDGE.across + EDGE.end, height + EDGE.long + BELOW];
   return html`<svg class="k-chart chart" width=${`${(whole * PIXEL).toFixed(3)}mm`} height=${`${(tall * PIXEL).toFixed(3)}mm`}
     viewBox=${`0 0 ${whole} ${tall}`} role="img" aria-label=${`${name}. ${summary}`}>
@@ -70,7 +70,7 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
         ? html`<text key=${`l${at}`} class=${kind} x=${Math.min(x, EDGE.across + width + EDGE.end - UNIT - labelWidth(text) / 2)} y=${y + 16} text-anchor="middle" translate="no">${text}</text>`
         : html`<text key=${`l${at}`} class=${kind} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${text}</text>`;
     })}
-    ${units(flat, width, height, beside)}
+    ${units(flat, width, height, side)}
     ${scaleBars(scale, flat, width, height)}
     ${bands.map(
       ({ upper, lower, required }, i) =>
@@ -105,25 +105,25 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
 }
 
 /**
- * The axes' units, where sheets have them; the one beside the frame where no length stands.
- * @param {boolean} flat @param {number} width @param {number} height @param {readonly number[]} taken where lengths stand beside the frame
+ * The axes' units, where sheets have them; the one side the frame where no length stands.
+ * @param {boolean} flat @param {number} width @param {number} height @param {readonly number[]} taken where lengths stand side the frame
  */
 function units(flat, width, height, taken) {
   const top = EDGE.long / 2;
   const free = [top, top + 13, top + 26, top + 39].find((y) => taken.every((one) => Math.abs(one - y) >= LINE));
-  const [below, beside] = flat ? ["mm", "µm"] : ["µm", "mm"];
+  const [below, side] = flat ? ["mm", "µm"] : ["µm", "mm"];
   return html`<g class="k-unit" translate="no">
     <text x=${EDGE.across + width + EDGE.end} y=${EDGE.long / 2 + height + 16} text-anchor="end">${below}</text>
-    <text x="0" y=${(free ?? top) + 4}>${beside}</text>
+    <text x="0" y=${(free ?? top) + 4}>${side}</text>
   </g>`;
 }
 
 /**
  * Returns the length of a scale bar that can be measured with a ruler: the usual one (10 µm or 1 mm) or, if it does not fit, the next of 1, 2, 5.
- * @param {number} usual @param {number} pixels for one unit @param {number} room pixels
+ * @param {number} usual @param {number} pixels for one unit @param {number} space pixels
  */
-export function barLength(usual, pixels, room) {
-  const longest = Math.min(LONGEST_BAR, room);
+export function barLength(usual, pixels, space) {
+  const longest = Math.min(LONGEST_BAR, space);
   const fits = (/** @type {number} */ one) => one * pixels >= SHORTEST_BAR && one * pixels <= longest;
   const steps = [-4, -3, -2, -1, 0, 1, 2, 3].flatMap((power) => [1, 2, 5].map((one) => Number(`${one}e${power}`)));
   return fits(usual) ? usual : (steps.findLast(fits) ?? usual);
@@ -134,22 +134,22 @@ export function barLength(usual, pixels, room) {
  * @param {KScale} scale @param {boolean} flat @param {number} width @param {number} height
  */
 function scaleBars({ perLength, perDeviation }, flat, width, height) {
-  const [below, beside] = flat
+  const [below, side] = flat
     ? [barLength(1, perLength, width), barLength(10, perDeviation, height)]
     : [barLength(10, perDeviation, width), barLength(1, perLength, height)];
-  const [long, up] = flat ? [below * perLength, beside * perDeviation] : [below * perDeviation, beside * perLength];
-  const [belowUnit, besideUnit] = flat ? ["mm", "µm"] : ["µm", "mm"];
+  const [long, up] = flat ? [below * perLength, side * perDeviation] : [below * perDeviation, side * perLength];
+  const [belowUnit, sideUnit] = flat ? ["mm", "µm"] : ["µm", "mm"];
   const [x, y] = [EDGE.across, EDGE.long / 2 + height + 29];
   const [right, middle] = [EDGE.across + width + 7, EDGE.long / 2 + height / 2];
   return html`<g class="k-scale" translate="no">
     <path d=${`M${x} ${y}h${long}`} /><path d=${`M${x} ${y - 3}v6M${x + long} ${y - 3}v6`} />
     <text x=${x + long + 5} y=${y} dy="0.35em">${`${fmt.value.input(below)} ${belowUnit}`}</text>
     <path d=${`M${right} ${middle - up / 2}v${up}`} /><path d=${`M${right - 3} ${middle - up / 2}h6M${right - 3} ${middle + up / 2}h6`} />
-    <text transform=${`translate(${right + 9} ${middle}) rotate(-90)`} dy="0.35em" text-anchor="middle">${`${fmt.value.input(beside)} ${besideUnit}`}</text>
+    <text transform=${`translate(${right + 9} ${middle}) rotate(-90)`} dy="0.35em" text-anchor="middle">${`${fmt.value.input(side)} ${sideUnit}`}</text>
   </g>`;
 }
 
-/** Root or tip, face I or II: beside the frame, where the axis ends. @param {string} text @param {boolean} last @param {boolean} flat @param {number} width @param {number} height */
+/** Root or tip, face I or II: side the frame, where the axis ends. @param {string} text @param {boolean} last @param {boolean} flat @param {number} width @param {number} height */
 function endMark(text, last, flat, width, height) {
   const right = EDGE.across + width;
   const [x, y, anchor] = flat
@@ -178,8 +178,8 @@ function runs(samples, holds) {
 
 /** Ticks at whole µm, spaced by at least the width of their labels. @param {number} low @param {number} high @param {number} wide */
 function ticksOf(low, high, wide) {
-  const apart = Math.max(-low, high) < 10 ? 20 : 30;
-  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= apart) ?? 1000;
+  const spacing = Math.max(-low, high) < 10 ? 20 : 30;
+  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= spacing) ?? 1000;
   const first = Math.ceil(low / step - 1e-9);
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
 }
@@ -193,16 +193,16 @@ const labelWidth = (text) => 6.5 * text.length;
  * @returns {{ at: number, text: string, end: boolean }[]}
  */
 function lengthLabels(length, range, perLength, flat) {
-  const apart = (/** @type {{ at: number, text: string }} */ a, /** @type {{ at: number, text: string }} */ b) =>
+  const separate = (/** @type {{ at: number, text: string }} */ a, /** @type {{ at: number, text: string }} */ b) =>
     Math.abs(a.at - b.at) * perLength >= (flat ? (labelWidth(a.text) + labelWidth(b.text)) / 2 + 8 : LINE);
   const ends = (range ?? []).map((at) => {
     const whole = Math.abs(at * 10 - Math.round(at * 10)) < 0.05 || Math.abs(at) >= 100;
     return { at, text: fmt.value.fixed(at, whole ? 1 : 2), end: true };
   });
   const [first, last] = ends;
-  const drawn = first && last && !apart(first, last) ? [first] : ends;
+  const drawn = first && last && !separate(first, last) ? [first] : ends;
   const ticks = lengthTicks(length).map((at) => ({ at, text: fmt.value.fixed(at, 1), end: false }));
-  return [...drawn, ...ticks.filter((tick) => drawn.every((end) => apart(tick, end)))];
+  return [...drawn, ...ticks.filter((tick) => drawn.every((end) => separate(tick, end)))];
 }
 
 /** @param {readonly [number, number]} length */

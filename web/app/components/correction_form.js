@@ -76,7 +76,8 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
   const common = { error };
   const settings = settingsOf(draft);
   const known = [...AT_FIELDS, ...settings.map(({ name }) => `/limits/${escaped(name)}`)];
-  const beside = error instanceof ApiError && error.problem.errors?.length && error.faultsBeside(known).length === 0;
+  const atFields =
+    error instanceof ApiError && error.problem.errors?.length && error.faultsElsewhere(known).length === 0;
   return html`<form onSubmit=${send} novalidate>
     <div class="fields thirds">
       ${h(SelectField, {
@@ -235,7 +236,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
         onInput: (target) => change({ target }),
       })
     }
-    ${error !== undefined && !beside && h(Failure, { error, except: known })}
+    ${error !== undefined && !atFields && h(Failure, { error, except: known })}
     <div class="actions">
       <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${busy ? t.computing : t.compute}</button>
       ${busy && html`<button type="button" class="button" onClick=${() => underway.current?.abort()}>${words.cancel}</button>`}

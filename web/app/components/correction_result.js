@@ -74,12 +74,12 @@ export function proposedText(setting) {
 /** @param {SettingChange} setting @returns {Children} */
 function notesOf({ unit, limited, fixed, rounded, unrounded, unlimited, std_error }) {
   const { value } = fmt;
-  const told = (/** @type {number} */ number) => value.withError(number, std_error, sign(unit));
+  const text = (/** @type {number} */ number) => value.withError(number, std_error, sign(unit));
   return html`<span class="notes">
     ${limited && h(Badge, { kind: "warn", children: t.atLimit })}
     ${fixed && h(Badge, { kind: "plain", children: t.fixed })}
-    ${rounded && unrounded !== undefined && unrounded !== null && html`<span>${t.rounded(told(unrounded))}</span>`}
-    ${unlimited !== undefined && unlimited !== null && limited && html`<span>${t.unlimited(told(unlimited))}</span>`}
+    ${rounded && unrounded !== undefined && unrounded !== null && html`<span>${t.rounded(text(unrounded))}</span>`}
+    ${unlimited !== undefined && unlimited !== null && limited && html`<span>${t.unlimited(text(unlimited))}</span>`}
   </span>`;
 }
 
@@ -109,7 +109,7 @@ const isIdle = ({ fixed, undetermined, unchanged }) => Boolean(fixed || undeterm
 const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, unchanged }) =>
   fixed || unchanged || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
 
-/** From which settings one cannot be told apart. @param {Correction["result"]} result @param {string} name */
+/** From which settings one cannot be text apart. @param {Correction["result"]} result @param {string} name */
 function inseparableFrom({ indistinguishable }, name) {
   const others = new Set(indistinguishable.flatMap(({ names }) => (names.includes(name) ? names : [])));
   others.delete(name);
@@ -193,14 +193,14 @@ export function factsOf({ method, result, created_at }) {
   ];
 }
 
-/** The settings that cannot be told apart. @param {{ result: Correction["result"] }} props */
-export function Apart({ result }) {
+/** The settings that cannot be text apart. @param {{ result: Correction["result"] }} props */
+export function Indistinguishable({ result }) {
   return html`<ul class="sentences">
     ${result.indistinguishable.map(({ names, condition_index }) => {
       const all = names.map(settingName);
       const said = [all.slice(0, -1).join(", "), all.at(-1)].filter(Boolean).join(` ${t.and} `);
       const index = condition_index ? fmt.value.condition(condition_index) : undefined;
-      return html`<li key=${said} class="note warn">${t.apartSentence(said, index)}</li>`;
+      return html`<li key=${said} class="note warn">${t.indistinguishableSentence(said, index)}</li>`;
     })}
   </ul>`;
 }
@@ -214,7 +214,7 @@ const FIGURES = /** @type {const} */ ([
 ]);
 
 /** @typedef {import("../api/client.js").Schema<"CorrectionTargetFigure">} TargetFigure */
-/** @typedef {{ key: string, name: string, symbol?: string, before?: EstimatedFigure, wanted?: TargetFigure, predicted?: number, measured?: EstimatedFigure, change?: EstimatedFigure, beyond?: EstimatedFigure }} FigureRow */
+/** @typedef {{ key: string, name: string, symbol?: string, before?: EstimatedFigure, wanted?: TargetFigure, predicted?: number, measured?: EstimatedFigure, change?: EstimatedFigure, lessPredicted?: EstimatedFigure }} FigureRow */
 
 /** @param {Correction} kept @returns {FigureRow[]} */
 function figureRows({ result, answer }) {
@@ -235,7 +235,7 @@ function figureRows({ result, answer }) {
       predicted: changes?.predicted_um ?? wanted?.[own]?.predicted ?? undefined,
       measured: changes?.measured,
       change: changes?.change,
-      beyond: changes?.difference,
+      lessPredicted: changes?.difference,
     });
   }).filter(({ before: had, predicted }) => had !== undefined || predicted !== undefined);
   const { predicted } = result;
@@ -312,7 +312,7 @@ export function Figures({ kept, csvName, of }) {
     figure?.std_error_um
       ? h(WithError, { value: figure.value_um, error: figure.std_error_um })
       : data(value.deviation(figure?.value_um, um));
-  /** @param {"before" | "measured" | "change" | "beyond"} key @param {string} header @returns {import("./table.js").Column<FigureRow>} */
+  /** @param {"before" | "measured" | "change" | "lessPredicted"} key @param {string} header @returns {import("./table.js").Column<FigureRow>} */
   const column = (key, header) => ({
     key,
     header,
@@ -360,16 +360,16 @@ export function Figures({ kept, csvName, of }) {
     columns.push(
       column("measured", t.measured),
       { ...column("change", t.changed), minor: true, screen: true },
-      column("beyond", t.beyond),
+      column("lessPredicted", t.lessPredicted),
       {
         key: "interval",
-        header: t.beyondInterval,
+        header: t.lessPredictedInterval,
         unit: um,
         numeric: true,
         minor: true,
         screen: true,
-        cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
-        csv: ({ beyond }) => beyond?.interval_um,
+        cell: ({ lessPredicted }) => data(value.interval(lessPredicted?.interval_um, lessPredicted?.std_error_um)),
+        csv: ({ lessPredicted }) => lessPredicted?.interval_um,
       },
     );
   }

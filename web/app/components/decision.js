@@ -11,7 +11,7 @@ import { Fragment, h, html, useState } from "../../vendor/ui.js";
 import { Allowed } from "./allowed.js";
 import { Dialog } from "./dialog.js";
 import { Badge } from "./figure.js";
-import { toldFigures } from "./flank_figures.js";
+import { figureRows } from "./flank_figures.js";
 import { TextField } from "./form.js";
 import { Failure } from "./states.js";
 import { announce, notify } from "./toast.js";
@@ -36,7 +36,7 @@ export function DecisionBadge({ decision }) {
  *   `reason`: of the decision that stands
  */
 export function Decision({ iteration, etag, reason, put, reload }) {
-  const [asked, setAsked] = useState(/** @type {DecisionName | null} */ (null));
+  const [decision, setDecision] = useState(/** @type {DecisionName | null} */ (null));
   const likely = objectionsOf(iteration).length === 0 ? "accepted" : "remachine";
   return html`<section class="panel" aria-labelledby="decision">
     <h2 id="decision">${t.decision}</h2>
@@ -48,38 +48,41 @@ export function Decision({ iteration, etag, reason, put, reload }) {
       children: () => html`<div class="actions">
         ${ORDER.map(
           (one) => html`<button key=${one} type="button" class=${`button${one === likely ? " primary" : ""}`}
-            onClick=${() => setAsked(one)}>${t[one]}</button>`,
+            onClick=${() => setDecision(one)}>${t[one]}</button>`,
         )}
       </div>`,
     })}
-    ${asked && h(Ask, { key: asked, asked, iteration, etag, put, reload, onClose: () => setAsked(null) })}
+    ${decision && h(ConfirmDecision, { key: decision, decision, iteration, etag, put, reload, onClose: () => setDecision(null) })}
   </section>`;
 }
 
 /**
- * @param {{ asked: DecisionName, iteration: Iteration, etag: string | undefined,
+ * @param {{ decision: DecisionName, iteration: Iteration, etag: string | undefined,
  *   put: (iteration: Iteration, etag: string | undefined) => void, reload: () => void, onClose: () => void }} props
  */
-function Ask({ asked, iteration, etag, put, reload, onClose }) {
-  const [reason, setReason, forget] = useDraft(`decision ${iteration.job_id} ${iteration.number} ${asked}`, () => "");
+function ConfirmDecision({ decision, iteration, etag, put, reload, onClose }) {
+  const [reason, setReason, forget] = useDraft(
+    `decision ${iteration.job_id} ${iteration.number} ${decision}`,
+    () => "",
+  );
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
   const overtaken = error instanceof ApiError && error.status === 412;
-  const objections = asked === "accepted" ? objectionsOf(iteration) : [];
+  const objections = decision === "accepted" ? objectionsOf(iteration) : [];
   // what stood when somebody began to decide: what comes in meanwhile is shown to them before it is overruled
   const [begun] = useState(etag);
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();
     setSending(true);
     try {
-      const body = { decision: asked, ...(reason.trim() ? { reason: reason.trim() } : {}) };
+      const body = { decision, ...(reason.trim() ? { reason: reason.trim() } : {}) };
       const path = { job_id: iteration.job_id, number: iteration.number };
       const known = overtaken ? etag : begun;
       const header = known ? { "If-Match": known } : {};
       const done = await answer(api.PATCH("/v1/jobs/{job_id}/iterations/{number}", { params: { path, header }, body }));
       forget();
       put(done.data, done.etag);
-      notify(t.done(common[asked]));
+      notify(t.done(common[decision]));
       onClose();
     } catch (fault) {
       setError(fault);
@@ -91,14 +94,14 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
     }
   };
   return h(Dialog, {
-    title: titleOf(asked, iteration.number),
+    title: titleOf(decision, iteration.number),
     onClose,
     children: html`<form onSubmit=${send}>
       ${
         overtaken
           ? html`<div class="failure" role="alert"><h3>${common.changedMeanwhile}</h3>
-              <dl class="facts"><div><dt>${t.there}</dt><dd>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : t.none}</dd></div>
-              <div><dt>${t.yours}</dt><dd>${h(DecisionBadge, { decision: asked })} <span translate="no">${reason}</span></dd></div></dl></div>`
+              <dl class="facts"><div><dt>${t.decidedNow}</dt><dd>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : t.none}</dd></div>
+              <div><dt>${t.yours}</dt><dd>${h(DecisionBadge, { decision })} <span translate="no">${reason}</span></dd></div></dl></div>`
           : error !== undefined && h(Failure, { error, except: ["/reason"] })
       }
       ${
@@ -111,7 +114,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
         Fragment,
         null,
         html`<div class="actions">
-          <button type="submit" class=${`button ${asked === "rejected" ? "danger" : "primary"}`} disabled=${sending}>${overtaken ? t.anyway(t[asked]) : t[asked]}</button>
+          <button type="submit" class=${`button ${decision === "rejected" ? "danger" : "primary"}`} disabled=${sending}>${overtaken ? t.anyway(t[decision]) : t[decision]}</button>
           <button type="button" class="button" onClick=${onClose}>${common.cancel}</button>
         </div>`,
       )}
@@ -122,7 +125,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
 /** Objections to accepting, one sentence each. @param {Iteration} iteration @returns {string[]} */
 function objectionsOf(iteration) {
   const figures = iteration.fits.find(({ chosen }) => chosen)?.figures;
-  const outside = toldFigures(figures).flatMap(({ symbol, figure }) => {
+  const outside = figureRows(figures).flatMap(({ symbol, figure }) => {
     const { verdict, limits_um: [low = 0, high = 0] = [] } = figure.conformity ?? {};
     if (verdict !== "does_not_conform") return [];
     const by = fmt.value.um(Math.max(low - figure.value, figure.value - high));
@@ -136,8 +139,8 @@ function objectionsOf(iteration) {
   ];
 }
 
-/** @param {DecisionName} asked @param {number} number */
-function titleOf(asked, number) {
-  if (asked === "accepted") return t.sureAccept(number);
-  return asked === "remachine" ? t.sureRemachine(number) : t.sureReject(number);
+/** @param {DecisionName} decision @param {number} number */
+function titleOf(decision, number) {
+  if (decision === "accepted") return t.sureAccept(number);
+  return decision === "remachine" ? t.sureRemachine(number) : t.sureReject(number);
 }

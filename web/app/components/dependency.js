@@ -44,7 +44,7 @@ export function Inseparable({ term, dependent }) {
 export function Dependencies({ dependent }) {
   if (dependent.length === 0) return null;
   return html`<section class="dependencies">
-    <h3>${t.notApart}</h3>
+    <h3>${t.indistinguishable}</h3>
     <ol>${dependent.map((of, i) => html`<li key=${i}>${h(Dependency, { of })}</li>`)}</ol>
   </section>`;
 }

@@ -40,7 +40,7 @@ const SHOWN = [
 export function EditJob({ version, onClose, onSaved }) {
   const [base, setBase] = useState(version);
   const [mine, setMine, forget] = useDraft(`edit ${version.data.id} ${version.data.updated_at}`, () => read(version));
-  const [told, setTold] = useState(false);
+  const [submitted, setSubmitted] = useState(false);
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [theirs, setTheirs] = useState(/** @type {Version | undefined} */ (undefined));
   const [sending, setSending] = useState(false);
@@ -50,7 +50,7 @@ export function EditJob({ version, onClose, onSaved }) {
 
   const save = async (/** @type {JobEdit} */ edit, /** @type {Version} */ over) => {
     const body = patchOf(edit, read(over));
-    setTold(true);
+    setSubmitted(true);
     if (!body) return toFault(form.current);
     if (Object.keys(body).length === 0) {
       onSaved(over);
@@ -102,12 +102,12 @@ export function EditJob({ version, onClose, onSaved }) {
         keepMine,
       })
     : html`<form ref=${form} onSubmit=${submit} novalidate>
-        ${h(JobFields, { form: job, onChange: (form) => setMine({ ...mine, job: form }), error, told })}
+        ${h(JobFields, { form: job, onChange: (form) => setMine({ ...mine, job: form }), error, submitted })}
         ${h(Checkbox, { label: t.gear, checked: withGear, onChange: (on) => setMine({ ...mine, withGear: on }) })}
-        ${withGear && h(GearFields, { form: gear, onChange: (form) => setMine({ ...mine, gear: form }), error, at: "/gear", told })}
+        ${withGear && h(GearFields, { form: gear, onChange: (form) => setMine({ ...mine, gear: form }), error, at: "/gear", submitted })}
         <section class="edit-requirements" aria-labelledby="edit-requirements">
           <h3 id="edit-requirements">${requirementText.title}</h3>
-          ${h(RequirementsFields, { form: requirements, onChange: (form) => setMine({ ...mine, requirements: form }), error, told })}
+          ${h(RequirementsFields, { form: requirements, onChange: (form) => setMine({ ...mine, requirements: form }), error, submitted })}
         </section>
         ${error !== undefined && h(Failure, { error, except: [...SHOWN, ...shownPointers(requirements)] })}
         <div class="actions">

@@ -106,7 +106,7 @@ export function EvaluationForm({ jobId, number, record, request, settings, desig
       onInput: (text) => setDraft({ ...draft, [kind]: draft[kind].map((old, k) => (k === i ? text : old)) }),
     });
   };
-  const shown = error instanceof ApiError && error.problem.errors?.length && error.faultsBeside(FIELDS).length === 0;
+  const shown = error instanceof ApiError && error.problem.errors?.length && error.faultsElsewhere(FIELDS).length === 0;
   return html`<form onSubmit=${send} novalidate>
     <div class="fields">
       ${kinds.flatMap((kind) => [field(kind, 0), field(kind, 1)])}

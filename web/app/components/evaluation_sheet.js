@@ -36,8 +36,8 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, required
     .flatMap(({ trace, evaluated }) => {
       if (!evaluated || trace.kind !== kind) return [];
       const sheet = sheetOf(trace, evaluated, settings, gear);
-      const asked = required && gear ? requiredBands(sheet, trace, evaluated, settings, gear) : [];
-      const bands = asked.length > 0 || band === undefined ? asked : hangingBand(sheet, band);
+      const requiredOnes = required && gear ? requiredBands(sheet, trace, evaluated, settings, gear) : [];
+      const bands = requiredOnes.length > 0 || band === undefined ? requiredOnes : hangingBand(sheet, band);
       return [{ trace, evaluated, sheet, bands }];
     });
   const scale = scaleOf(drawn, flat ? Math.max(200, width - 80) : paper ? 340 : 420, flat ? 140 : paper ? 94 : 230);

@@ -111,10 +111,10 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       key: "conformity",
       header: t.conformity,
       cell: ({ trace }) => {
-        const told = conformities(trace);
-        return told.length === 0
+        const found = conformities(trace);
+        return found.length === 0
           ? ABSENT
-          : told.map(
+          : found.map(
               ([key, conformity]) =>
                 html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(brief ? Decided : Conforms, { conformity })}</span>`,
             );
@@ -139,9 +139,9 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       csv: ({ trace }) => trace?.k_bands?.map(({ band, within }) => `${band}: ${within ?? ""}`).join("; "),
     },
   ];
-  const asked = brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns;
-  // what no trace has takes no room; in the file it stands
-  const shown = asked.map((column) => (isAnswered(column.key, rows) ? column : { ...column, cell: undefined }));
+  const listed = brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns;
+  // what no trace has takes no space; it is in the file
+  const shown = listed.map((column) => (isAnswered(column.key, rows) ? column : { ...column, cell: undefined }));
   const level = fmt.value.input(Number((100 * (settings.level ?? 0.95)).toPrecision(12)));
   const intervals = !brief && rows.some(({ trace }) => trace?.slope_interval_um || trace?.crowning_interval_um);
   return table({
@@ -169,10 +169,10 @@ function conformities(trace) {
 }
 
 /** How a trace lies in a band. @param {import("../api/client.js").Schema<"KBandFinding">} found */
-export function bandWords({ band, within, clearance_um: room }) {
+export function bandWords({ band, within, clearance_um: clearance }) {
   const number = band + 1;
-  if (within === undefined) return t.bandUntold(number);
-  return within ? t.bandRoom(number, fmt.value.um(room)) : t.bandLack(number, fmt.value.um(-room));
+  if (within === undefined) return t.bandUndecided(number);
+  return within ? t.bandClearance(number, fmt.value.um(clearance)) : t.bandLack(number, fmt.value.um(-clearance));
 }
 
 /** Whether some trace has what a column tells. @param {string} key @param {readonly Row[]} rows */
@@ -245,12 +245,12 @@ function signOf(kind, slope, sign) {
 /** The coarsest class of a trace. @param {EvaluatedTrace} trace */
 function classOf({ class: of }) {
   if (!of) return ABSENT;
-  if (of.coarser_than_11 && of.coarser_than_11.length > 0) return t.beyond;
+  if (of.coarser_than_11 && of.coarser_than_11.length > 0) return t.above11;
   const classes = [of.slope, of.form, of.total].filter((one) => typeof one === "number");
   return classes.length > 0 ? String(Math.max(...classes)) : ABSENT;
 }
 
-/** The limits that were asked for by figure, each flank's own before those of both. @param {"profile" | "helix"} kind @param {ToleranceLimits | undefined} limits @param {"left" | "right"} flank */
+/** The required limits by figure, each flank's own before those of both. @param {"profile" | "helix"} kind @param {ToleranceLimits | undefined} limits @param {"left" | "right"} flank */
 function limitsOf(kind, limits, flank) {
   const of = (/** @type {FigureKey} */ key) => limits?.[flank]?.[`${kind}_${key}_um`] ?? limits?.[`${kind}_${key}_um`];
   return { slope: of("slope"), form: of("form"), total: of("total"), crowning: of("crowning") };

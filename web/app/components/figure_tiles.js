@@ -3,13 +3,13 @@
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/requirements.js";
 import { h, html } from "../../vendor/ui.js";
-import { limitText, toldFigures } from "./flank_figures.js";
+import { limitText, figureRows } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { VERDICTS, verdictOf, Within } from "./within.js";
 
 /** @param {{ figures: import("../api/client.js").Schema<"FitFigures"> | undefined }} props */
 export function FigureTiles({ figures }) {
-  const rows = toldFigures(figures);
+  const rows = figureRows(figures);
   if (rows.length === 0) return null;
   return html`<ul class="figure-tiles" aria-label=${t.figuresOfFit}>
     ${rows.map(({ name, symbol, figure: { value, std_error, within, conformity } }) => {

@@ -25,7 +25,7 @@ import { Conforms, verdictOf, verdictText, Within } from "./within.js";
 const figureOf = (figures, name) => figures?.[/** @type {const} */ (`${name}_um`)];
 
 /** Those that a fit tells. @param {Figures | undefined} figures @returns {Row[]} */
-export function toldFigures(figures) {
+export function figureRows(figures) {
   return SURFACE_FIGURES.flatMap(({ name, symbol }) => {
     const figure = figureOf(figures, name);
     return figure ? [{ name, symbol, figure }] : [];
@@ -42,7 +42,7 @@ const data = (text) => html`<span translate="no">${text}</span>`;
 
 /** The figures of one fit. @param {{ figures: Figures | undefined, level: number }} props `level`: of the intervals */
 export function FlankFigures({ figures, level }) {
-  const rows = toldFigures(figures);
+  const rows = figureRows(figures);
   const percent = fmt.value.input(Number((100 * level).toPrecision(12)));
   const limited = rows.some(({ figure }) => figure.conformity);
   // all figures of a fit have the same reasons
@@ -138,44 +138,44 @@ function columns(percent, limited) {
  * @param {{ rows: readonly IterationFigures[], required: (name: Name, flank: Side) => readonly number[] | undefined, csvName: string }} props
  */
 export function FiguresOfIterations({ rows, required, csvName }) {
-  const told = SURFACE_FIGURES.filter(({ name }) => rows.some(({ figures }) => figureOf(figures, name)));
+  const listed = SURFACE_FIGURES.filter(({ name }) => rows.some(({ figures }) => figureOf(figures, name)));
   /** @param {Name} name @param {Side} flank @returns {readonly number[]} */
   const limitsOf = (name, flank) => {
     const of = rows.filter((row) => row.flank === flank).map(({ figures }) => figureOf(figures, name)?.conformity);
     return of.findLast((conformity) => conformity)?.limits_um ?? [];
   };
   /** @param {Name} name @param {Side} flank @returns {readonly number[]} */
-  const askedOf = (name, flank) => {
+  const requiredOf = (name, flank) => {
     const limits = limitsOf(name, flank);
-    const asked = limits.length > 0 ? required(name, flank) : undefined;
-    return asked && !sameLimits(asked, limits) ? asked : [];
+    const wanted = limits.length > 0 ? required(name, flank) : undefined;
+    return wanted && !sameLimits(wanted, limits) ? wanted : [];
   };
   const drawnIn = (/** @type {Name} */ name) =>
     rows.flatMap(({ figures }) => {
       const figure = figureOf(figures, name);
       return figure ? [estimateOf(figure)] : [];
     });
-  if (told.length === 0) return html`<p class="quiet">${t.noFigures}</p>`;
+  if (listed.length === 0) return html`<p class="quiet">${t.noFigures}</p>`;
   const flanks = [...new Set(rows.map(({ flank }) => flank))].filter((flank) =>
-    told.some(({ name }) => limitsOf(name, flank).length > 0),
+    listed.some(({ name }) => limitsOf(name, flank).length > 0),
   );
-  const apart = flanks.some((flank) =>
-    told.some(({ name }) => !sameLimits(limitsOf(name, flank), limitsOf(name, flanks[0]))),
+  const bySide = flanks.some((flank) =>
+    listed.some(({ name }) => !sameLimits(limitsOf(name, flank), limitsOf(name, flanks[0]))),
   );
   const limited = flanks.length > 0;
-  const differs = flanks.some((flank) => told.some(({ name }) => askedOf(name, flank).length > 0));
+  const differs = flanks.some((flank) => listed.some(({ name }) => requiredOf(name, flank).length > 0));
   /** @typedef {{ head: string, ends: (name: Name) => readonly number[] }} Limits */
   /** @param {string} head @param {(name: Name, flank: Side) => readonly number[]} of @returns {Limits[]} */
   const linesOf = (head, of) =>
-    (apart ? flanks : flanks.slice(0, 1)).map((flank) => ({
-      head: apart && flank ? `${head}, ${t[`of_${flank}`]}` : head,
+    (bySide ? flanks : flanks.slice(0, 1)).map((flank) => ({
+      head: bySide && flank ? `${head}, ${t[`of_${flank}`]}` : head,
       ends: (name) => of(name, flank),
     }));
   /** @type {(IterationFigures | Limits)[]} */
   const lines = [
     ...rows,
     ...linesOf(differs ? t.limitsDecided : t.limitsOf, limitsOf),
-    ...(differs ? linesOf(t.limitsRequired, askedOf) : []),
+    ...(differs ? linesOf(t.limitsRequired, requiredOf) : []),
   ];
   return html`${table({
     caption: t.figuresOfFit,
@@ -186,7 +186,7 @@ export function FiguresOfIterations({ rows, required, csvName }) {
     rowKey: (line) => ("head" in line ? line.head : line.number),
     rowClass: (line) => ("head" in line ? "summary" : ""),
     note: html`${[t.figuresHint, ...(limited ? [t.conformityHint] : []), ...(differs ? [t.limitsShare] : [])].join(" ")}
-      ${h(StripLegend, { estimates: told.flatMap(({ name }) => drawnIn(name)), limited, oneScale: true })}`,
+      ${h(StripLegend, { estimates: listed.flatMap(({ name }) => drawnIn(name)), limited, oneScale: true })}`,
     columns: [
       {
         key: "iteration",
@@ -195,7 +195,7 @@ export function FiguresOfIterations({ rows, required, csvName }) {
         cell: (line) => ("head" in line ? line.head : line.link),
         csv: (line) => ("head" in line ? line.head : line.number),
       },
-      ...told.map(({ name, symbol }) => {
+      ...listed.map(({ name, symbol }) => {
         const domain = stripDomain(
           drawnIn(name),
           rows.map(({ figures }) => figureOf(figures, name)?.conformity?.limits_um),
@@ -232,7 +232,7 @@ const sameLimits = (some, others) =>
 
 /** In short, as an entry of the trace has them. @param {{ figures: Figures | undefined }} props */
 export function FiguresInShort({ figures }) {
-  const rows = toldFigures(figures);
+  const rows = figureRows(figures);
   if (rows.length === 0) return null;
   return html`<dl class="figures-short" aria-label=${t.figuresOfFit}>
     ${rows.map(

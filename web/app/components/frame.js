@@ -2,7 +2,7 @@
 
 import { answer, api } from "../api/client.js";
 import { lostAt, probe } from "../api/connection.js";
-import { may, tellCaller } from "../api/key.js";
+import { may, setCaller } from "../api/key.js";
 import { underway, useResource } from "../api/resource.js";
 import { current } from "../navigation.js";
 import { fmt } from "../i18n/i18n.js";
@@ -25,7 +25,7 @@ export function Frame({ children }) {
   const busy = underway.value > 0 || arriving.value;
   const who = useResource("whoami", (signal) => answer(api.GET("/v1/whoami", { signal })));
   useEffect(() => {
-    if (who.data) tellCaller(who.data);
+    if (who.data) setCaller(who.data);
   }, [who.data]);
   return html`
     <a class="skip" href="#content">${t.skip}</a>

@@ -9,7 +9,7 @@ import { h, html, useState } from "../../vendor/ui.js";
 import { Allowed } from "./allowed.js";
 import { Applied } from "./applied.js";
 import { ControlCsv } from "./control_csv.js";
-import { Answer, Apart, Changes, Figures, factsOf, ofFlank } from "./correction_result.js";
+import { Answer, Indistinguishable, Changes, Figures, factsOf, ofFlank } from "./correction_result.js";
 import { Facts } from "./figure.js";
 import { SelectField } from "./form.js";
 import { Failure, loaded } from "./states.js";
@@ -122,7 +122,7 @@ function Kept({ job, kept, onApplied }) {
     ${h(Facts, { items })}
     ${h(Changes, { result, csvName: `${job.name} ${t.gearTitle}`, tools, of: t.gearTitle })}
     ${result.warnings.length > 0 && h(WarningList, { warnings: result.warnings })}
-    ${result.indistinguishable.length > 0 && h(Apart, { result })}
+    ${result.indistinguishable.length > 0 && h(Indistinguishable, { result })}
     ${SIDES.map((side) => {
       const own = result.figures?.[side];
       if (!own) return null;

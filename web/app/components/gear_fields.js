@@ -33,10 +33,10 @@ const FOLDED = /** @type {const} */ ([
 export const emptyGear = () => formOf(undefined, String);
 
 /**
- * @param {{ form: GearForm, onChange: (form: GearForm) => void, error: unknown, at: string, told: boolean }} props
- *   `at`: the JSON Pointer of the gear in the request; `told`: what is missing is said
+ * @param {{ form: GearForm, onChange: (form: GearForm) => void, error: unknown, at: string, submitted: boolean }} props
+ *   `at`: the JSON Pointer of the gear in the request; `submitted`: what is missing is said
  */
-export function GearFields({ form, onChange, error, at, told }) {
+export function GearFields({ form, onChange, error, at, submitted }) {
   const { faults = {} } = gearOf(form);
   const set = (/** @type {keyof GearForm} */ name) => (/** @type {string} */ value) =>
     onChange({ ...form, [name]: value });
@@ -52,7 +52,7 @@ export function GearFields({ form, onChange, error, at, told }) {
       required: "required" in FIELDS[name],
       error,
       pointer: at + FIELDS[name].pointer,
-      fault: fault && (told || fault !== "needed") ? t[fault] : undefined,
+      fault: fault && (submitted || fault !== "needed") ? t[fault] : undefined,
       ...more,
     });
   };

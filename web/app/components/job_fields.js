@@ -14,8 +14,8 @@ const t = texts({ en, de });
 /** @type {JobForm} */
 export const emptyJob = { name: "", part_number: "", serial_number: "", machine: "", tags: "" };
 
-/** @param {{ form: JobForm, onChange: (form: JobForm) => void, error: unknown, told: boolean }} props */
-export function JobFields({ form, onChange, error, told }) {
+/** @param {{ form: JobForm, onChange: (form: JobForm) => void, error: unknown, submitted: boolean }} props */
+export function JobFields({ form, onChange, error, submitted }) {
   const set = (/** @type {keyof JobForm} */ name) => (/** @type {string} */ value) =>
     onChange({ ...form, [name]: value });
   /** @param {Exclude<keyof JobForm, "tags">} name @param {string} label */
@@ -29,7 +29,7 @@ export function JobFields({ form, onChange, error, told }) {
       required: name === "name",
       error,
       pointer: `/${name}`,
-      fault: told && name === "name" && form.name.trim() === "" ? t.needed : undefined,
+      fault: submitted && name === "name" && form.name.trim() === "" ? t.needed : undefined,
     });
   const [tagged] = useState(form.tags !== "");
   return html`<div class="fields">

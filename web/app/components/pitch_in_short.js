@@ -50,8 +50,8 @@ export function PitchInShort({ jobId, number, pitch }) {
 
 /** @param {readonly import("./pitch_table.js").Row[]} rows */
 function inShort(rows) {
-  const told = rows.filter(({ symbol }) => SHORT.includes(symbol));
-  return html`<span class="pitch-short">${told.map(
+  const listed = rows.filter(({ symbol }) => SHORT.includes(symbol));
+  return html`<span class="pitch-short">${listed.map(
     ({ key, symbol, name, value, within }) => html`<span key=${key} class="figure">
       ${h(GearSymbol, { name: symbol })} <span class="visually-hidden">${name}</span>${" "}
       <span translate="no">${fmt.value.um(value)}\u202fµm</span> ${h(Within, { within })}${" "}

@@ -25,7 +25,7 @@ import { Conforms, verdictText, Within } from "./within.js";
  * @property {number | undefined} tooth
  * @property {number | undefined} tolerance
  * @property {number | undefined} class
- * @property {boolean} beyond
+ * @property {boolean} above11
  * @property {readonly number[] | undefined} limits the limits it was compared with
  * @property {boolean | undefined} within
  * @property {Conformity | undefined} conformity
@@ -92,8 +92,8 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
         key: "class",
         header: t.class,
         numeric: true,
-        cell: ({ class: of, beyond }) => (beyond ? t.beyond : data(fmt.value.count(of))),
-        csv: ({ class: of, beyond }) => (beyond ? ">11" : of),
+        cell: ({ class: of, above11 }) => (above11 ? t.above11 : data(fmt.value.count(of))),
+        csv: ({ class: of, above11 }) => (above11 ? ">11" : of),
       },
       {
         key: "limits",
@@ -117,14 +117,14 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
 /** @param {FlankPitch} of @param {import("../api/client.js").Schema<"ToleranceValues">} [tolerances] @returns {Row[]} */
 export function flankRows(of, tolerances) {
   const flank = of.flank === "left" ? t.leftShort : t.rightShort;
-  const beyond = of.class.coarser_than_11 ?? [];
+  const above11 = of.class.coarser_than_11 ?? [];
   const row = (/** @type {Partial<Row> & Pick<Row, "key" | "symbol" | "name">} */ own) => ({
     flank,
     value: undefined,
     tooth: undefined,
     tolerance: undefined,
     class: undefined,
-    beyond: false,
+    above11: false,
     limits: undefined,
     within: undefined,
     conformity: undefined,
@@ -140,7 +140,7 @@ export function flankRows(of, tolerances) {
       tooth: of.single_pitch?.tooth,
       tolerance: tolerances?.single_pitch_um,
       class: of.class.single_pitch,
-      beyond: beyond.includes("single_pitch"),
+      above11: above11.includes("single_pitch"),
       limits: of.single_pitch_limits_um,
       within: of.single_pitch_within,
       conformity: of.single_pitch_conformity,
@@ -152,7 +152,7 @@ export function flankRows(of, tolerances) {
       value: of.cumulative_pitch_um,
       tolerance: tolerances?.cumulative_pitch_um,
       class: of.class.cumulative_pitch,
-      beyond: beyond.includes("cumulative_pitch"),
+      above11: above11.includes("cumulative_pitch"),
       limits: of.cumulative_pitch_limits_um,
       within: of.cumulative_pitch_within,
       conformity: of.cumulative_pitch_conformity,
@@ -200,7 +200,7 @@ export function runoutRow(of, tolerances) {
     tooth: undefined,
     tolerance: tolerances?.runout_um,
     class: of.class,
-    beyond: of.coarser_than_11,
+    above11: of.coarser_than_11,
     limits: of.limits_um,
     within: of.within,
     conformity: of.conformity,

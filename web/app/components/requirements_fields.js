@@ -36,8 +36,8 @@ export const shownPointers = (form) => [
   ...form.bands.flatMap((_, i) => ["upper", "lower", "against"].map((of) => `/requirements/k_bands/${i}/${of}`)),
 ];
 
-/** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, told: boolean }} props */
-export function RequirementsFields({ form, onChange, error, told }) {
+/** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, submitted: boolean }} props */
+export function RequirementsFields({ form, onChange, error, submitted }) {
   const { faults } = requirementsOf(form);
   /** Whether some of these figures have limits of one flank. @param {Figures} figures */
   const oneFlank = (figures) =>
@@ -47,7 +47,7 @@ export function RequirementsFields({ form, onChange, error, told }) {
       ),
     );
   const ends = (/** @type {readonly Side[]} */ sides, /** @type {Figures} */ figures) =>
-    h(Limits, { sides, figures, form, error, faults: told ? faults : onlyNumbers(faults), onChange });
+    h(Limits, { sides, figures, form, error, faults: submitted ? faults : onlyNumbers(faults), onChange });
   /** @param {"class" | "pitchClass"} name @param {string} label @param {string} hint @param {string} pointer */
   const classField = (name, label, hint, pointer) =>
     h(SelectField, {
@@ -106,7 +106,7 @@ export function RequirementsFields({ form, onChange, error, told }) {
           band,
           index: i,
           error,
-          fault: (edge) => (told ? faults[bandPlace(i, edge)] : undefined),
+          fault: (edge) => (submitted ? faults[bandPlace(i, edge)] : undefined),
           onChange: (next) => onChange({ ...form, bands: form.bands.map((one, k) => (k === i ? next : one)) }),
           onRemove: () => onChange({ ...form, bands: form.bands.filter((_, k) => k !== i) }),
         }),
@@ -128,7 +128,7 @@ function Limits({ sides, figures, form, faults, error, onChange }) {
   return html`<div class="limits-grid" data-sides=${sides.length}>
     ${sides.length > 1 && html`<span></span>${sides.map((side) => html`<b key=${side} class="limits-side">${t[side]}</b>`)}`}
     ${figures.map(({ name, symbol }) => {
-      const told = sides.flatMap((side) => {
+      const wrong = sides.flatMap((side) => {
         const pointer = limitPointer(side, name);
         const own = faults[placeOf(side, name, 0)];
         return [
@@ -148,13 +148,13 @@ function Limits({ sides, figures, form, faults, error, onChange }) {
               const label = [t[name], ...whose, end === 0 ? t.from : t.to].join(", ");
               return html`${end === 1 && html`<span class="quiet" aria-hidden="true">…</span>`}<input key=${place} type="text" class="numeric" inputmode="decimal"
               autocomplete="off" spellcheck=${false} aria-label=${label} value=${form.limits[place] ?? ""}
-              aria-invalid=${told.length > 0 ? "true" : undefined} aria-describedby=${told.length > 0 ? fault : undefined}
+              aria-invalid=${wrong.length > 0 ? "true" : undefined} aria-describedby=${wrong.length > 0 ? fault : undefined}
               onInput=${(/** @type {Typed} */ event) => onChange({ ...form, limits: { ...form.limits, [place]: event.currentTarget.value } })} />`;
             })
           }<span class="unit" translate="no">µm</span>
         </span>`,
         )}
-        ${told.length > 0 && html`<span class="fault" id=${fault}>${told}</span>`}
+        ${wrong.length > 0 && html`<span class="fault" id=${fault}>${wrong}</span>`}
       </div>`;
     })}
   </div>`;

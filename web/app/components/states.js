@@ -46,14 +46,14 @@ export function measureAction(jobId) {
 
 /**
  * A refusal or a lost connection, in full.
- * @param {{ error: unknown, retry?: (() => void) | undefined, asks?: boolean, back?: Children, except?: readonly string[] }} props
- *   `asks`: whether a busy server is asked again by itself; `except`: pointers whose faults are shown at their fields
+ * @param {{ error: unknown, retry?: (() => void) | undefined, retries?: boolean, back?: Children, except?: readonly string[] }} props
+ *   `retries`: whether a busy server is asked again by itself; `except`: pointers whose faults are shown at their fields
  */
-export function Failure({ error, retry, asks = false, back, except = [] }) {
+export function Failure({ error, retry, retries = false, back, except = [] }) {
   const id = useId();
   const { title, detail } = words(error);
   const refused = error instanceof ApiError ? error : undefined;
-  const faults = refused?.faultsBeside(except) ?? [];
+  const faults = refused?.faultsElsewhere(except) ?? [];
   // one fault is not said twice
   const [only] = faults.length === 1 ? faults : [];
   const twice = only && typeof detail === "string" && detail.replace(/\.$/, "") === `${only.pointer}: ${only.detail}`;
@@ -71,7 +71,7 @@ export function Failure({ error, retry, asks = false, back, except = [] }) {
         )}
       </ul>`
     }
-    ${waits && html`<p>${(asks ? t.asksAgain : t.askLater)(fmt.value.count(refused?.retryAfter ?? 0))}</p>`}
+    ${waits && html`<p>${(retries ? t.asksAgain : t.askLater)(fmt.value.count(refused?.retryAfter ?? 0))}</p>`}
     ${refused?.requestId && html`<p class="quiet">${t.requestId} <code translate="no">${refused.requestId}</code></p>`}
     <div class="actions">
       ${retry && html`<button type="button" class="button" onClick=${retry}>${t.tryAgain}</button>`}
@@ -122,7 +122,7 @@ export function loaded({ resource, children, lines, back }) {
   const { data, error, reload } = resource;
   const failure =
     error !== undefined && !(error instanceof OfflineError && data !== undefined)
-      ? h(Failure, { error, retry: reload, asks: true, back })
+      ? h(Failure, { error, retry: reload, retries: true, back })
       : null;
   if (data !== undefined) return h(Fragment, null, failure, children(data));
   return failure ?? h(Skeleton, lines === undefined ? {} : { lines });

@@ -56,10 +56,10 @@ export function table({
 }) {
   const shown = columns.filter(({ cell }) => cell);
   const save = () => {
-    const told = columns.flatMap(({ header, unit, csv: value }) =>
+    const values = columns.flatMap(({ header, unit, csv: value }) =>
       value ? [{ header, value, ...(unit ? { unit } : {}) }] : [],
     );
-    download(`${csvName}.csv`, csv(told, fileRows(), fmt.value.locale));
+    download(`${csvName}.csv`, csv(values, fileRows(), fmt.value.locale));
   };
   const bar =
     csvName || tools || note
@@ -67,7 +67,7 @@ export function table({
           ${note && html`<p class="table-note">${note}</p>`} ${tools} ${csvName && html`<button type="button" class="button small" onClick=${save}>${t.csv}</button>`}
         </div>`
       : null;
-  // roles are told again, since a stacked table is laid out as blocks, which drop them
+  // roles are repeated, since a stacked table is laid out as blocks, which drop them
   const body = html`<div class="table-scroll" role="region" tabindex="0" aria-label=${`${caption} (${t.moreBelow})`}>
     <table role="table" class=${stacked ? "stacked" : ""}>
       <caption class=${hideCaption ? "visually-hidden" : ""}>${caption}</caption>

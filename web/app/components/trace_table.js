@@ -18,8 +18,8 @@ import { table } from "./table.js";
 export function TraceTable({ trace, sheet, bands, rolled, name }) {
   const along = trace.kind === "helix" ? "face_width" : trace.roll_length_mm || rolled ? "roll_length" : "diameter";
   const rows = sheet.samples.map((sample, key) => {
-    const beyond = bands.map(({ limits }) => outsideBy(sample, limits[key]));
-    const outside = beyond.reduce((most, one) => (Math.abs(one) > Math.abs(most) ? one : most), 0);
+    const outsides = bands.map(({ limits }) => outsideBy(sample, limits[key]));
+    const outside = outsides.reduce((most, one) => (Math.abs(one) > Math.abs(most) ? one : most), 0);
     return { ...sample, key, outside };
   });
   /** @param {string} key @param {string} header @param {(row: Row) => number | null} value @returns {import("./table.js").Column<Row>} */
@@ -52,7 +52,7 @@ export function TraceTable({ trace, sheet, bands, rolled, name }) {
       um("value", flankText.deviation, ({ value }) => value),
       ...(rows.some(({ design }) => design !== 0) ? [um("design", t.design, ({ design }) => design)] : []),
       { key: "inside", header: t.inRange, cell: ({ inside }) => (inside ? t.yes : t.no), csv: ({ inside }) => inside },
-      ...(bands.length > 0 ? [um("outside", t.beyondBand, ({ outside }) => (outside === 0 ? null : outside))] : []),
+      ...(bands.length > 0 ? [um("outside", t.outsideBand, ({ outside }) => (outside === 0 ? null : outside))] : []),
     ]),
   });
 }

@@ -116,10 +116,10 @@ function Sections({ kind, flanks, picked, file }) {
     () => flanks.map((of) => ({ of, points: sectionOf(of.surface, kind, at) })),
     [flanks, kind, at],
   );
-  const told = sections.flatMap(({ of, points }) =>
+  const rows = sections.flatMap(({ of, points }) =>
     points.flatMap(({ x, y }) => (Number.isFinite(y) ? [{ key: `${of.key} ${x}`, of, x, y }] : [])),
   );
-  const most = niceAbove(told.reduce((size, { y }) => Math.max(size, Math.abs(y)), 0)) || 1;
+  const most = niceAbove(rows.reduce((size, { y }) => Math.max(size, Math.abs(y)), 0)) || 1;
   const place = `${across.label} ${fmt.value.mm(at)} mm`;
   return h(Chart, {
     name: kind === "profile" ? t.allProfiles : t.allHelices,
@@ -128,7 +128,7 @@ function Sections({ kind, flanks, picked, file }) {
     x: { ...along, domain },
     y: { label: t.deviation, unit: "µm", domain: [-most, most] },
     data: {
-      rows: told,
+      rows,
       rowKey: ({ key }) => key,
       csvName: `${file}-${kind}`,
       columns: [

@@ -226,12 +226,12 @@ export function percentOf(value, [from, to]) {
 
 /** @param {Seen} props */
 function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
-  const told = range ?? whole;
+  const of = range ?? whole;
   const spec = (/** @type {"u" | "v"} */ axis) => ({
     ...axes[axis],
     ...(percent ? { unit: "%" } : {}),
     domain: percent
-      ? /** @type {[number, number]} */ (view.box[axis].map((value) => percentOf(value, told[axis])))
+      ? /** @type {[number, number]} */ (view.box[axis].map((value) => percentOf(value, of[axis])))
       : view.box[axis],
   });
   const [u, v] = [spec("u"), spec("v")];
@@ -267,11 +267,11 @@ export const heightText = (z, unit, limit) => `${fmt.value.onScale(z, limit, uni
 export const placeText = (at, { unit }, [from, to]) =>
   `${fmt.value.onScale(at, to - from, "mm")}${unit ? ` ${unit}` : ""}`;
 
-/** Describes a node as text. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined, limit: number }} told */
+/** Describes a node as text. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined, limit: number }} context */
 export function nodeText(node, { axes, unit, whole, range, limit }) {
-  const told = range ?? whole;
+  const of = range ?? whole;
   const part = (/** @type {"u" | "v"} */ axis) =>
-    `${axes[axis].label} ${placeText(node[axis], axes[axis], whole[axis])} (${fmt.value.fixed(percentOf(node[axis], told[axis]), 0)} %)`;
+    `${axes[axis].label} ${placeText(node[axis], axes[axis], whole[axis])} (${fmt.value.fixed(percentOf(node[axis], of[axis]), 0)} %)`;
   const height = Number.isNaN(node.z) ? t.missing : heightText(node.z, unit, limit);
   const place =
     node.row === undefined || node.column === undefined ? "" : ` · ${t.cell(node.row + 1, node.column + 1)}`;

@@ -50,8 +50,8 @@ export function FlankView(props) {
     title,
     name,
     unit,
-    axes: told,
-    range: asked,
+    axes: givenAxes,
+    range: givenRange,
     flipU = false,
     marks,
     action,
@@ -60,12 +60,12 @@ export function FlankView(props) {
     atLeast = 0,
   } = props;
   const tablet = useMedia(TABLET);
-  const axes = mapAxes(told);
+  const axes = mapAxes(givenAxes);
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
   const automatic = Math.max(scaleFor(surface).limit, atLeast);
   const extremes = useMemo(() => extremesOf(surface), [surface]);
   const counts = useMemo(() => countsOf(surface), [surface]);
-  const range = rangeOf(asked) ?? whole;
+  const range = rangeOf(givenRange) ?? whole;
   const fixed = Number(query.value.get("limit"));
   const limit = fixed > 0 && Number.isFinite(fixed) ? fixed : automatic;
   const clipped = useMemo(() => clippedBy(surface, limit), [surface, limit]);

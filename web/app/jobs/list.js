@@ -151,14 +151,14 @@ function number(key, header, of, write) {
 
 /** The name, a link; below it what it is of. @param {ListedJob} job */
 function nameOf({ id, name, gear, tags, part_number: part, serial_number: serial }) {
-  const beside = gearInShort(gear);
+  const gearText = gearInShort(gear);
   const tagged = Object.keys(tags).length > 0;
   const numbers = [shows("part") && part, shows("serial") && serial].filter(Boolean).join(" · ");
   const link = html`<a href=${href("/jobs/{job_id}", { job_id: id })} title=${name} translate="no">${name}</a>`;
   if (compact.value) return link;
   return html`${link}
     ${numbers && html`<span class="job-numbers" translate="no">${numbers}</span>`}
-    ${(beside || tagged) && html`<span class="job-more" translate="no">${beside && html`<span>${beside}</span>`}${tagged && h(Tags, { tags })}</span>`}`;
+    ${(gearText || tagged) && html`<span class="job-more" translate="no">${gearText && html`<span>${gearText}</span>`}${tagged && h(Tags, { tags })}</span>`}`;
 }
 
 /** @param {string | null | undefined} value */

@@ -90,7 +90,7 @@ const list = (value) => (Array.isArray(value) ? value : []);
  */
 export function specOf({ nodes, spec }, { degree, by }) {
   const n = Number(degree) || 2;
-  const told = "model" in spec && !degree;
+  const named = "model" in spec && !degree;
   const columns = nodes.type === "matrix" ? { type: "linear" } : undefined;
   const curve = nodes.type === "curve";
   const polynomial = {
@@ -101,7 +101,7 @@ export function specOf({ nodes, spec }, { degree, by }) {
     ...(curve || degree ? {} : { terms: "total" }),
   };
   /** @type {Fields} */
-  const made = { ...spec, model: told ? spec["model"] : (columns ?? polynomial) };
+  const made = { ...spec, model: named ? spec["model"] : (columns ?? polynomial) };
   if (by === "none") made["regularization"] = { type: "none" };
   else if (by) {
     const own = /** @type {{ type?: string } | undefined} */ (spec["regularization"]);

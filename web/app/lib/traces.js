@@ -61,8 +61,8 @@ export function sheetOf(trace, evaluated, settings, gear) {
   const profile = trace.kind === "profile";
   const rolled = (/** @type {number} */ diameter) => (gear ? rollLength(gear, diameter) : diameter);
   const places = profile ? (trace.roll_length_mm ?? (trace.diameter_mm ?? []).map(rolled)) : (trace.z_mm ?? []);
-  const told = profile ? settings.profile_diameter_range_mm?.map(rolled) : settings.helix_range_mm;
-  const ends = evaluated.range_mm ?? told;
+  const requested = profile ? settings.profile_diameter_range_mm?.map(rolled) : settings.helix_range_mm;
+  const ends = evaluated.range_mm ?? requested;
   const range = ends && /** @type {[number, number]} */ ([...ends].sort((a, b) => a - b));
   const line = settings.against === "involute" ? undefined : designOf(trace, evaluated);
   const samples = places.map((at, i) => {

@@ -117,10 +117,10 @@ function Preview({ content, error, name }) {
   if (!surface || !extremes) return null;
   // scattered nodes that span no area have no map
   if (surface.kind === "scattered" && surface.triangles.length === 0) return null;
-  const told = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (
+  const given = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (
     content.proposal?.axes ?? content.request?.["axes"]
   );
-  const [axes, unit, whole] = [mapAxes(told), heightUnit(told), boxOf(surface)];
+  const [axes, unit, whole] = [mapAxes(given), heightUnit(given), boxOf(surface)];
   const { limit, clipped } = scaleFor(surface);
   const says = (/** @type {import("../flank/surface.js").FlankNode} */ node) =>
     nodeText(node, { axes, unit, whole, limit });

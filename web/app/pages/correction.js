@@ -8,7 +8,7 @@ import { Applied } from "../components/applied.js";
 import { CorrectionForm } from "../components/correction_form.js";
 import { CorrectionMaps } from "../components/correction_maps.js";
 import { ControlCsv } from "../components/control_csv.js";
-import { Answer, Apart, Changes, Figures, factsOf, requestOf } from "../components/correction_result.js";
+import { Answer, Indistinguishable, Changes, Figures, factsOf, requestOf } from "../components/correction_result.js";
 import { Facts } from "../components/figure.js";
 import { JobPage, useNews } from "../components/job_page.js";
 import { loaded } from "../components/states.js";
@@ -129,7 +129,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     </section>
     ${
       result.indistinguishable.length > 0 &&
-      html`<section class="panel" aria-labelledby="apart"><h2 id="apart">${t.apart}</h2>${h(Apart, { result })}</section>`
+      html`<section class="panel" aria-labelledby="indistinguishable"><h2 id="indistinguishable">${t.indistinguishable}</h2>${h(Indistinguishable, { result })}</section>`
     }
     <section class="panel" aria-labelledby="answered">
       <header>

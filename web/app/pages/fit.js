@@ -233,7 +233,7 @@ function Measurand({ file, surface, measurand, spec, gear, gearForm, setGearForm
     ${
       surface &&
       html`<h3>${t.gear}</h3><p class="quiet">${without ? t.noFigures : t.figuresNeed}</p>
-      ${h(GearFields, { form: gearForm, onChange: setGearForm, error: undefined, at: "/gear", told: false })}`
+      ${h(GearFields, { form: gearForm, onChange: setGearForm, error: undefined, at: "/gear", submitted: false })}`
     }
   </section>`;
 }
@@ -275,7 +275,7 @@ function Fitted({ given: { file, name }, spec, gear, result, target, setTarget }
         ${h(CoefficientTable, { result, axes, level, hideCaption: true })}
       </section>
     </div>
-    <div class="flank-beside">
+    <div class="flank-aside">
       ${h(Counts, { file, name, result })}
       <section class="panel" aria-labelledby="figures">
         <h2 id="figures">${t.figures}</h2>${h(FitFacts, { result, axes })}

@@ -61,7 +61,7 @@ export default function IterationPage({ params }) {
             job,
             iteration: data,
             traced: trace.data?.iterations ?? [],
-            told: trace.data !== undefined || trace.error !== undefined,
+            traceSettled: trace.data !== undefined || trace.error !== undefined,
             resource: iteration,
             reread: trace.reload,
           }),
@@ -71,12 +71,12 @@ export default function IterationPage({ params }) {
 
 /**
  * What stands below something that is on its way comes after it, so that nothing jumps.
- * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], told: boolean, reread: () => void,
- *   resource: import("../api/resource.js").Resource<Iteration> }} props `told`: the trace is there
+ * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], traceSettled: boolean, reread: () => void,
+ *   resource: import("../api/resource.js").Resource<Iteration> }} props `traceSettled`: the trace is there
  */
-function Whole({ job, iteration, traced, told, resource, reread }) {
+function Whole({ job, iteration, traced, traceSettled, resource, reread }) {
   const fit = iteration.fits.find(({ chosen }) => chosen);
-  const standing = useFit(job.id, iteration.number, fit?.id);
+  const chosen = useFit(job.id, iteration.number, fit?.id);
   const own = traced.find(({ number }) => number === iteration.number);
   const decided = own?.decisions.at(-1);
   const pitch = usePitch(job.id, iteration.number, own?.records ?? []);
@@ -87,10 +87,10 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
     reread();
   };
   const columns = columnsOf(useNodes(job.id, iteration.number).data);
-  const exclusion = useExclusion({ iteration, fit: standing.data, columns, onChosen: put });
+  const exclusion = useExclusion({ iteration, fit: chosen.data, columns, onChosen: put });
   return html`<div class="flank-page">
-    <div class="flank-main">${h(FigureTiles, { figures: fit?.figures })}${h(Layers, { job, iteration, traced, told, fitId: fit?.id, standing: standing.data, exclusion, onMapped })}</div>
-    <div class="flank-beside">
+    <div class="flank-main">${h(FigureTiles, { figures: fit?.figures })}${h(Layers, { job, iteration, traced, traceSettled, fitId: fit?.id, chosen: chosen.data, exclusion, onMapped })}</div>
+    <div class="flank-aside">
       ${h(Decision, {
         iteration,
         etag: resource.etag,
@@ -99,9 +99,9 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
         put,
       })}
       ${
-        told
+        traceSettled
           ? loaded({
-              resource: standing,
+              resource: chosen,
               lines: 8,
               children: (data) =>
                 h(
@@ -114,10 +114,10 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
             })
           : h(Skeleton, { lines: 8 })
       }
-      ${told && settled(standing) && pitch && h(PitchInShort, { jobId: job.id, number: iteration.number, pitch })}
+      ${traceSettled && settled(chosen) && pitch && h(PitchInShort, { jobId: job.id, number: iteration.number, pitch })}
       ${
-        told &&
-        settled(standing) &&
+        traceSettled &&
+        settled(chosen) &&
         (!pitch || settled(pitch)) &&
         h(Measured, {
           iteration,
@@ -129,8 +129,8 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
         })
       }
     </div>
-    ${mapped && standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
-    ${mapped && standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes, level: standing.data.spec.level })}
+    ${mapped && chosen.data && h(FlankFigures, { figures: fit?.figures, level: chosen.data.spec.level ?? 0.95 })}
+    ${mapped && chosen.data && h(FitCoefficients, { result: chosen.data.result, axes: iteration.axes, level: chosen.data.spec.level })}
   </div>`;
 }
 
@@ -183,12 +183,12 @@ function Measured({ iteration, etag, put }) {
 }
 
 /**
- * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], told: boolean, fitId: string | undefined,
- *   standing: import("../api/client.js").Schema<"IterationFit"> | undefined, exclusion: import("../flank/exclude.js").Exclusion,
+ * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], traceSettled: boolean, fitId: string | undefined,
+ *   chosen: import("../api/client.js").Schema<"IterationFit"> | undefined, exclusion: import("../flank/exclude.js").Exclusion,
  *   onMapped: () => void }} props
  *   `onMapped`: called when the map has its final height
  */
-function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMapped }) {
+function Layers({ job, iteration, traced, traceSettled, fitId, chosen, exclusion, onMapped }) {
   const others = traced.filter(({ number }) => number !== iteration.number).map(({ number }) => number);
   const corrected = traced.some(
     ({ number, records }) => number === iteration.number && records?.some(({ kind }) => kind === "correction"),
@@ -228,7 +228,7 @@ function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMa
     job.id,
     alike.map(({ number }) => number),
   );
-  const loading = shown.loading || !told || (compared && !scale.ready);
+  const loading = shown.loading || !traceSettled || (compared && !scale.ready);
   const place = useRef(/** @type {HTMLElement | null} */ (null));
   const height = useRef(0);
   useLayoutEffect(() => {
@@ -288,8 +288,8 @@ function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMa
       name: `${common.iteration(iteration.number)}: ${layer === "difference" && other !== undefined ? t.lessIteration(other) : t[layer]}`,
       unit,
       axes: iteration.axes,
-      range: standing?.result.domain,
-      ...(layer === "teeth" || !standing ? {} : { marks: marksOf(standing.result.warnings, exclusion.excluded) }),
+      range: chosen?.result.domain,
+      ...(layer === "teeth" || !chosen ? {} : { marks: marksOf(chosen.result.warnings, exclusion.excluded) }),
       action: exclusion.allowed ? (/** @type {number} */ index) => h(NodeAction, { exclusion, index }) : undefined,
       flipU: job.gear?.internal === true,
       file: `${job.name}-${iteration.number}-${layer}`,

@@ -1,13 +1,13 @@
 // A job: what is to be done next, and its iterations.
 
 import { answer, api } from "../api/client.js";
-import { standingFit } from "../api/job.js";
+import { chosenFit } from "../api/job.js";
 import { may } from "../api/key.js";
 import { useTolerances } from "../api/tolerances.js";
 import { Dialog } from "../components/dialog.js";
 import { EditJob } from "../components/edit_job.js";
 import { Badge, Facts } from "../components/figure.js";
-import { FiguresOfIterations, limitText, toldFigures } from "../components/flank_figures.js";
+import { FiguresOfIterations, limitText, figureRows } from "../components/flank_figures.js";
 import { GearCorrection } from "../components/gear_correction.js";
 import { JobPage } from "../components/job_page.js";
 import { RequirementsPanel } from "../components/requirements.js";
@@ -126,7 +126,7 @@ function NextStep({ job, last }) {
   </section>`;
 }
 
-/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, out?: ReturnType<typeof toldFigures>, links: [string, string | undefined][] }} */
+/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, out?: ReturnType<typeof figureRows>, links: [string, string | undefined][] }} */
 function nextStep(job, last) {
   const at = { job_id: job.id, number: last?.number ?? 0 };
   const measure = toMeasure(job.id);
@@ -144,11 +144,11 @@ function nextStep(job, last) {
       ],
     };
   }
-  const told = toldFigures(standingFit(last)?.figures);
-  const out = told.filter(({ figure }) => figure.within === false);
+  const rows = figureRows(chosenFit(last)?.figures);
+  const out = rows.filter(({ figure }) => figure.within === false);
   const map = /** @type {[string, string | undefined]} */ ([t.toDecide, iteration("")]);
   if (out.length === 0) {
-    const within = told.some(({ figure }) => figure.within);
+    const within = rows.some(({ figure }) => figure.within);
     return { text: within ? t.nextWithin(last.number) : t.nextDecide(last.number), links: [map] };
   }
   return { text: t.nextOutside(last.number), out, links: [[t.toCorrection, iteration("/correction")], map] };
@@ -159,7 +159,7 @@ function Iterations({ job, iterations }) {
   const f = fmt.value;
   const data = (/** @type {string | undefined} */ text) => (text ? html`<span translate="no">${text}</span>` : ABSENT);
   const unitOf = (/** @type {TracedIteration} */ one) => heightUnit(one.axes);
-  const fit = standingFit;
+  const fit = chosenFit;
   const flank = (/** @type {TracedIteration} */ one) => {
     if (!one.flank && !one.tooth) return ABSENT;
     return html`${one.flank && t[one.flank]} ${one.tooth && data(one.tooth)}`;
@@ -262,7 +262,7 @@ function Figures({ job, iterations }) {
         number: one.number,
         link: numberLink(job, one.number),
         flank: one.flank ?? undefined,
-        figures: standingFit(one)?.figures,
+        figures: chosenFit(one)?.figures,
       })),
     })}
   </section>`;

@@ -27,9 +27,9 @@ export default function Jobs() {
   const filters = filtersOf(query.value);
   const sort = sortOf(query.value);
   const cursor = query.value.get("cursor") ?? undefined;
-  const asked = listQuery(filters, sort, cursor);
-  const list = useResource(`jobs ${JSON.stringify(asked)}`, (signal) =>
-    answer(api.GET("/v1/jobs", { signal, params: { query: asked } })),
+  const search = listQuery(filters, sort, cursor);
+  const list = useResource(`jobs ${JSON.stringify(search)}`, (signal) =>
+    answer(api.GET("/v1/jobs", { signal, params: { query: search } })),
   );
   const summary = useResource("jobs summary", (signal) => answer(api.GET("/v1/jobs/summary", { signal })));
   const reread = useAtMostEvery(LEAST_WAIT, () => {

@@ -68,8 +68,8 @@ export default function Lambda({ params }) {
  * @param {{ iteration: Iteration, flipU: boolean, etag: string | undefined, onChosen: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
  */
 function OfFit({ iteration, flipU, etag, onChosen, reload }) {
-  const standing = iteration.fits.find(({ chosen }) => chosen);
-  const id = query.value.get("fit") ?? standing?.id ?? "";
+  const chosenFit = iteration.fits.find(({ chosen }) => chosen);
+  const id = query.value.get("fit") ?? chosenFit?.id ?? "";
   const path = { job_id: iteration.job_id, number: iteration.number };
   const get = (/** @type {string} */ fit_id, /** @type {AbortSignal} */ signal) =>
     answer(
@@ -81,22 +81,22 @@ function OfFit({ iteration, flipU, etag, onChosen, reload }) {
   const fit = useResource(id ? `curve ${id}` : null, (signal) => get(id, signal));
   const unit = heightUnit(iteration.axes) ?? common.callersUnit;
   // what stands below comes after it, so that nothing jumps, and stays while another fit is on its way
-  const stood = useRef(false);
-  stood.current ||= fit.data !== undefined || fit.error !== undefined;
+  const settledOnce = useRef(false);
+  settledOnce.current ||= fit.data !== undefined || fit.error !== undefined;
   return html`<div class="lambda-page">
     <div><h2>${t.title}</h2><p class="quiet">${t.about}</p></div>
     ${loaded({
       resource: fit,
       lines: 14,
       children: (data) =>
-        h(Choosing, { key: id, iteration, flipU, fit: data, unit, standing: standing?.lambda_star, reload }),
+        h(Choosing, { key: id, iteration, flipU, fit: data, unit, chosenLambda: chosenFit?.lambda_star, reload }),
     })}
-    ${stood.current && h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
+    ${settledOnce.current && h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
   </div>`;
 }
 
-/** @param {{ iteration: Iteration, flipU: boolean, fit: IterationFit, unit: string | undefined, standing: number | undefined, reload: () => void }} props */
-function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
+/** @param {{ iteration: Iteration, flipU: boolean, fit: IterationFit, unit: string | undefined, chosenLambda: number | undefined, reload: () => void }} props */
+function Choosing({ iteration, flipU, fit, unit, chosenLambda, reload }) {
   const { spec, result } = fit;
   const path = { job_id: iteration.job_id, number: iteration.number };
   const [selection, setSelection] = useState(() => selectionOf(query.value));
@@ -160,8 +160,8 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
   return html`
     <div class="lambda-top">
       <section class="panel lambda-shown" aria-labelledby="lambda-shown">
-        <header><h2 id="lambda-shown">${selection ? t.refit : fit.chosen ? t.standingFit : t.storedFit}</h2>
-          ${selection ? h(Badge, { kind: "warn", children: t.notStored }) : fit.chosen ? h(Badge, { kind: "good", children: t.standsNow }) : null}</header>
+        <header><h2 id="lambda-shown">${selection ? t.refit : fit.chosen ? t.chosenFit : t.storedFit}</h2>
+          ${selection ? h(Badge, { kind: "warn", children: t.notStored }) : fit.chosen ? h(Badge, { kind: "good", children: t.chosen }) : null}</header>
         ${h(Facts, { items: factsOf(shown, symbol, unit) })}
         ${preview.error !== undefined && selection && preview.current && h(Failure, { error: preview.error })}
         ${!may("compute") ? null : range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value, rests) => show({ value }, rests) }) : html`<p class="note">${t.nothingToMove}</p>`}
@@ -173,9 +173,9 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
       ${h(FilterFactors, { result: shown, symbol })}
     </div>
     ${mapped && h(RefitMap, { measured, residuals: drawn?.residuals, axes: iteration.axes, flipU, refit: selection !== undefined, many })}
-    ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, standing, shown: selection && chosen, symbol, unit, onPick: (value) => show({ value }) })}
+    ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, chosenLambda, shown: selection && chosen, symbol, unit, onPick: (value) => show({ value }) })}
     ${result.ridge_trace && h(RidgeTrace, { points: result.ridge_trace, result, at: chosen })}
-    ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => show({ by }) })}
+    ${h(Choices, { choices: result.regularization.choices, symbol, unit, chosenBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => show({ by }) })}
     ${h(Coefficients, { before: result, after: shown, axes: iteration.axes, afterName: t.refit, names: "coefficients" })}
     ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, draft: `keep ${path.job_id} ${path.number}`, watched, send: keep, onClose: () => setKeeping(false) })}
   `;

@@ -63,7 +63,7 @@ function Form() {
   const setJob = (/** @type {typeof emptyJob} */ next) => setDraft({ ...draft, job: next });
   const setWithGear = (/** @type {boolean} */ next) => setDraft({ ...draft, withGear: next });
   const setGear = (/** @type {import("../lib/gear_form.js").GearForm} */ next) => setDraft({ ...draft, gear: next });
-  const [told, setTold] = useState(false);
+  const [submitted, setSubmitted] = useState(false);
   const [sending, setSending] = useState(false);
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const attempt = useAttempt("new job");
@@ -75,7 +75,7 @@ function Form() {
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
     const body = read(job, withGear ? gear : undefined, requirements);
-    setTold(true);
+    setSubmitted(true);
     if (!body) return toFault(form.current);
     setSending(true);
     setError(undefined);
@@ -107,7 +107,7 @@ function Form() {
       <div class="new-job-fields">
         <section class="panel" aria-labelledby="new-job">
           <h2 id="new-job">${t.job}</h2>
-          ${h(JobFields, { form: job, onChange: setJob, error, told })}
+          ${h(JobFields, { form: job, onChange: setJob, error, submitted })}
         </section>
         <section class="panel" aria-labelledby="new-gear">
           <header>
@@ -116,7 +116,7 @@ function Form() {
           </header>
           ${
             withGear
-              ? html`${h(GearFile, { onTake: take })}${h(GearFields, { key: taken, form: gear, onChange: setGear, error, at: "/gear", told })}`
+              ? html`${h(GearFile, { onTake: take })}${h(GearFields, { key: taken, form: gear, onChange: setGear, error, at: "/gear", submitted })}`
               : html`<p class="quiet">${t.gearAbout}</p>`
           }
         </section>
@@ -125,7 +125,7 @@ function Form() {
           <p class="quiet">${t.requirementsAbout}</p>
           <details open=${begun}>
             <summary>${t.requirementsNow}</summary>
-            ${h(RequirementsFields, { form: requirements, onChange: (form) => setDraft({ ...draft, requirements: form }), error, told })}
+            ${h(RequirementsFields, { form: requirements, onChange: (form) => setDraft({ ...draft, requirements: form }), error, submitted })}
           </details>
         </section>
         ${error !== undefined && h(Failure, { error, except: [...SHOWN, ...shownPointers(requirements)] })}

@@ -22,7 +22,7 @@ import { h, html, useEffect, useLayoutEffect } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/job.js").Job} Job */
 /** @typedef {import("../api/job.js").TracedIteration} TracedIteration */
-/** @typedef {import("../report/data.js").Told} Told */
+/** @typedef {import("../report/data.js").ReportData} ReportData */
 
 export const styles = ["iteration", "evaluation", "correction", "report"];
 
@@ -54,31 +54,31 @@ function Report({ job, iterations }) {
   if (there.length === 0) return h(Empty, { children: t.nothing, action: measureAction(job.id) });
   return html`<div class="report-page">
     ${h(Bar, { there, numbers, printable: report.data !== undefined })}
-    ${loaded({ resource: report, lines: 20, children: (told) => h(Paper, { job, told, iterations }) })}
+    ${loaded({ resource: report, lines: 20, children: (data) => h(Paper, { job, data, iterations }) })}
   </div>`;
 }
 
-/** @param {{ job: Job, told: readonly Told[], iterations: readonly TracedIteration[] }} props */
-function Paper({ job, told, iterations }) {
+/** @param {{ job: Job, data: readonly ReportData[], iterations: readonly TracedIteration[] }} props */
+function Paper({ job, data, iterations }) {
   const flipU = job.gear?.internal === true;
   const parts = partsOf(query.value.get("parts"));
   /** @type {Record<Exclude<typeof parts[number], "summary">, () => import("../../vendor/ui.js").VNode>} */
   const made = {
-    maps: () => h(Maps, { told, flipU }),
-    evaluation: () => h(Evaluations, { told }),
-    pitch: () => h(Pitches, { told }),
-    lambda: () => h(Choices, { told }),
-    spectrum: () => h(Spectra, { told }),
-    correction: () => h(Corrections, { told }),
+    maps: () => h(Maps, { data, flipU }),
+    evaluation: () => h(Evaluations, { data }),
+    pitch: () => h(Pitches, { data }),
+    lambda: () => h(Choices, { data }),
+    spectrum: () => h(Spectra, { data }),
+    correction: () => h(Corrections, { data }),
     trace: () => h(Story, { iterations }),
-    warnings: () => h(Warnings, { told }),
-    provenance: () => h(Origin, { jobId: job.id, told }),
+    warnings: () => h(Warnings, { data }),
+    provenance: () => h(Origin, { jobId: job.id, data }),
   };
   return html`<div class="report-scroll" role="region" tabindex="0" aria-label=${t.paper}>
     <article class="report">
       ${parts.map((part) =>
         part === "summary"
-          ? h(Cover, { key: part, job, told })
+          ? h(Cover, { key: part, job, data })
           : html`<section key=${part} class=${`report-part ${part}`} aria-labelledby=${`part-${part}`}>
               <h2 id=${`part-${part}`}>${t[part]}</h2>${made[part]()}
             </section>`,

@@ -68,7 +68,7 @@ function Whole({ stream, history, flipU, reload }) {
         </section>`
       }
     </div>
-    <div class="flank-beside">
+    <div class="flank-aside">
       ${h(State, { stream, reload })}
       ${
         result &&
@@ -129,8 +129,8 @@ function NoResult({ warnings }) {
 /** @param {{ history: readonly Estimate[], stream: Stream }} props */
 function Charts({ history, stream }) {
   const terms = history.at(-1)?.result.coefficients.map(({ term }) => term) ?? [];
-  const asked = query.value.get("term");
-  const term = terms.find((one) => one === asked) ?? terms[0] ?? "";
+  const selected = query.value.get("term");
+  const term = terms.find((one) => one === selected) ?? terms[0] ?? "";
   // buttons, since news wait while a field has the focus
   return html`<section class="panel" aria-labelledby="course">
     <h2 id="course">${t.course}</h2>

@@ -26,11 +26,11 @@ export function choiceColumns(symbol, unit) {
 
 /**
  * @param {{
- *   choices: readonly Choice[], symbol: string, unit: string | undefined, standingBy: string | undefined,
+ *   choices: readonly Choice[], symbol: string, unit: string | undefined, chosenBy: string | undefined,
  *   shownBy: string | undefined, onShow: (criterion: string) => void,
  * }} props
  */
-export function Choices({ choices, symbol, unit, standingBy, shownBy, onShow }) {
+export function Choices({ choices, symbol, unit, chosenBy, shownBy, onShow }) {
   /** @type {import("../components/table.js").Column<Choice>} */
   const show = {
     key: "show",
@@ -48,7 +48,7 @@ export function Choices({ choices, symbol, unit, standingBy, shownBy, onShow }) 
       columns,
       rows: choices,
       rowKey: ({ criterion }) => criterion,
-      rowClass: ({ criterion }) => (criterion === standingBy ? "standing" : ""),
+      rowClass: ({ criterion }) => (criterion === chosenBy ? "chosen" : ""),
       csvName: "choices",
       stacked: true,
     })}

@@ -28,7 +28,7 @@ export function Coefficients({ before, after, axes, afterName, names }) {
   const unit = (/** @type {Coefficient} */ one) => unitOf(one, axes);
   const same = before === after;
   const dependent = after.collinearity.near_dependencies ?? [];
-  const standing = new Map(before.coefficients.map((one) => [one.term, one]));
+  const chosen = new Map(before.coefficients.map((one) => [one.term, one]));
   /** @type {import("../components/table.js").Column<Coefficient>[]} */
   const columns = [
     {
@@ -48,8 +48,8 @@ export function Coefficients({ before, after, axes, afterName, names }) {
     },
     ...(same
       ? []
-      : [estimateColumn("standing", t.standing, (/** @type {Coefficient} */ { term }) => standing.get(term), unit)]),
-    estimateColumn("value", same ? t.standing : afterName, (one) => one, unit),
+      : [estimateColumn("chosen", t.thisFit, (/** @type {Coefficient} */ { term }) => chosen.get(term), unit)]),
+    estimateColumn("value", same ? t.thisFit : afterName, (one) => one, unit),
     {
       ...numberColumn("bound", t.biasBound, (/** @type {Coefficient} */ one) => one.bias_bound),
       cell: (one) => html`<span translate="no">${inUnit(fmt.value.three(one.bias_bound), one, axes)}</span>`,

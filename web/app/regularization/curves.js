@@ -16,11 +16,11 @@ const t = texts({ en, de });
 
 /**
  * @param {{
- *   curve: readonly Point[], result: FitResult, standing: number | undefined, shown: number | undefined,
+ *   curve: readonly Point[], result: FitResult, chosenLambda: number | undefined, shown: number | undefined,
  *   symbol: string, unit: string | undefined, onPick: (value: number) => void,
- * }} props `standing`, `shown`: values of λ* that are marked
+ * }} props `chosenLambda`, `shown`: values of λ* that are marked
  */
-export function Curves({ curve, result, standing, shown, symbol, unit, onPick }) {
+export function Curves({ curve, result, chosenLambda, shown, symbol, unit, onPick }) {
   /** @type {readonly { of: Quantity, name: string, unit?: string | undefined }[]} */
   const quantities = [
     { of: "predicted_mse", name: t.predictedMse },
@@ -30,7 +30,7 @@ export function Curves({ curve, result, standing, shown, symbol, unit, onPick })
     { of: "bias_norm", name: t.biasNorm },
   ];
   const there = quantities.filter(({ of }) => curve.some((point) => typeof point[of] === "number"));
-  const common = { curve, result, standing, shown, symbol, onPick };
+  const common = { curve, result, chosenLambda, shown, symbol, onPick };
   const [first, ...rest] = there;
   if (!first) return null;
   return html`<section class="panel lambda-curves" aria-labelledby="lambda-curves">
@@ -44,10 +44,10 @@ export function Curves({ curve, result, standing, shown, symbol, unit, onPick })
 /**
  * @param {{
  *   of: Quantity, name: string, unit?: string | undefined, labelled: boolean, curve: readonly Point[], result: FitResult,
- *   standing: number | undefined, shown: number | undefined, symbol: string, onPick: (value: number) => void,
+ *   chosenLambda: number | undefined, shown: number | undefined, symbol: string, onPick: (value: number) => void,
  * }} props
  */
-function OneCurve({ of, name, unit, labelled, curve, result, standing, shown, symbol, onPick }) {
+function OneCurve({ of, name, unit, labelled, curve, result, chosenLambda, shown, symbol, onPick }) {
   const points = curve.flatMap((point) => {
     const y = point[of];
     return typeof y === "number" ? [{ x: point.lambda_star, y }] : [];
@@ -91,7 +91,7 @@ function OneCurve({ of, name, unit, labelled, curve, result, standing, shown, sy
       ${span && h(Span, { plot, from: span[0] ?? 0, to: span[1] ?? 0 })}
       ${h(ChoiceMarks, { plot, choices: result.regularization.choices, labelled })}
       ${h(Line, { plot, points: log ? points.map(({ x, y }) => ({ x, y: y > 0 ? Math.max(y, from) : null })) : points })}
-      ${standing !== undefined && h(Mark, { plot, points, at: standing, sign: "square", series: "vermilion" })}
+      ${chosenLambda !== undefined && h(Mark, { plot, points, at: chosenLambda, sign: "square", series: "vermilion" })}
       ${shown !== undefined && h(Mark, { plot, points, at: shown, sign: "circle", series: "green" })}`,
   });
 }
@@ -126,7 +126,7 @@ function Mark({ plot, points, at, sign, series }) {
 function Legend({ shown, plateau, symbol }) {
   return html`<ul class="lambda-legend quiet">
     <li><svg width="28" height="12" aria-hidden="true" class="chart"><path class="mark-rule-sample" d="M14 0V12" /></svg>${t.choiceOf}</li>
-    <li><svg width="14" height="12" aria-hidden="true" class="chart mark-dots series-vermilion"><path d="M3.5 2.5h7v7h-7z" /></svg>${t.standingMark}</li>
+    <li><svg width="14" height="12" aria-hidden="true" class="chart mark-dots series-vermilion"><path d="M3.5 2.5h7v7h-7z" /></svg>${t.chosenMark}</li>
     ${shown && html`<li><svg width="14" height="12" aria-hidden="true" class="chart mark-dots series-green"><path d="M3 6a4 4 0 1 0 8 0a4 4 0 1 0 -8 0" /></svg>${t.shownMark}</li>`}
     ${plateau && html`<li><svg width="18" height="12" aria-hidden="true" class="chart mark-span"><rect width="18" height="12" /></svg>${t.plateau(symbol)}</li>`}
   </ul>`;

@@ -1,4 +1,4 @@
-// The fits of an iteration: which is looked at, which stands, and letting another one stand.
+// The fits of an iteration: which is looked at, which stands, and picked another one stand.
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
@@ -25,25 +25,25 @@ const t = texts({ en, de });
  * @param {{ iteration: Iteration, etag: string | undefined, viewed: string, unit: string | undefined, onChosen: (iteration: Iteration, etag: string | undefined) => void }} props
  */
 export function Fits({ iteration, etag, viewed, unit, onChosen }) {
-  const [letting, setLetting] = useState(/** @type {FitSummary | undefined} */ (undefined));
+  const [picked, setPicked] = useState(/** @type {FitSummary | undefined} */ (undefined));
   // the version that the dialog opened on, or that it showed after a 412: a newer one is not
   // overruled unseen
   const [known, setKnown] = useState(etag);
   const ask = (/** @type {FitSummary} */ one) => {
     setKnown(etag);
-    setLetting(one);
+    setPicked(one);
   };
   const choose = async (/** @type {string} */ reason) => {
-    if (!letting) return;
+    if (!picked) return;
     const path = { job_id: iteration.job_id, number: iteration.number };
     const params = { path, header: known ? { "If-Match": known } : {} };
-    const body = { fit_id: letting.id, ...(reason ? { reason } : {}) };
+    const body = { fit_id: picked.id, ...(reason ? { reason } : {}) };
     try {
       const { data, etag: next } = await answer(
         api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen-fit", { params, body }),
       );
       onChosen(data, next);
-      notify(t.stands);
+      notify(t.nowChosen);
     } catch (failed) {
       // what stands by now is shown beside what was to stand
       if (failed instanceof ApiError && failed.status === 412) {
@@ -73,16 +73,16 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
       cell: ({ reason }) => (reason ? html`<span translate="no">${reason}</span>` : "–"),
       csv: ({ reason }) => reason,
     },
-    { key: "stands", header: t.state, cell: (one) => stateOf(one), csv: ({ chosen }) => chosen },
+    { key: "chosen", header: t.state, cell: (one) => stateOf(one), csv: ({ chosen }) => chosen },
   ];
   const stateOf = (/** @type {FitSummary} */ one) => html`<span class="actions">
-    ${one.chosen && h(Badge, { kind: "good", children: t.standsNow })}
+    ${one.chosen && h(Badge, { kind: "good", children: t.chosen })}
     ${
       one.id === viewed
         ? html`<span class="quiet">${t.viewed}</span>`
         : html`<button type="button" class="button small" onClick=${() => setQuery({ fit: one.chosen ? undefined : one.id, by: undefined, lambda: undefined }, { step: true })}>${t.view}</button>`
     }
-    ${!one.chosen && may("decide") && html`<button type="button" class="button small" onClick=${() => ask(one)}>${t.letStand}</button>`}
+    ${!one.chosen && may("judge") && html`<button type="button" class="button small" onClick=${() => ask(one)}>${t.choose}</button>`}
   </span>`;
   return h(
     Fragment,
@@ -92,16 +92,16 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
       ${(iteration.earlier_fits ?? 0) > 0 && html`<p class="quiet">${t.earlierFits(iteration.earlier_fits ?? 0)}</p>`}
       ${table({ caption: t.fits, hideCaption: true, columns, rows: iteration.fits, rowKey: ({ id }) => id, csvName: "fits", stacked: true })}
     </section>`,
-    letting &&
+    picked &&
       h(ReasonDialog, {
-        title: t.letStand,
-        text: t.letStandText,
+        title: t.choose,
+        text: t.chooseText,
         label: t.reason,
-        action: t.letStand,
-        draft: `let stand ${letting.id}`,
-        versions: () => h(Versions, { iteration, mine: letting }),
+        action: t.choose,
+        draft: `choose ${picked.id}`,
+        versions: () => h(Versions, { iteration, mine: picked }),
         send: choose,
-        onClose: () => setLetting(undefined),
+        onClose: () => setPicked(undefined),
       }),
   );
 }
@@ -115,7 +115,7 @@ function Versions({ iteration, mine }) {
       : "–";
   const decided = iteration.decision ? common[iteration.decision] : undefined;
   return html`<dl class="facts">
-    <div><dt>${t.thereNow}</dt><dd>${written(now)}${decided && html` · ${decided}`}</dd></div>
+    <div><dt>${t.chosenNow}</dt><dd>${written(now)}${decided && html` · ${decided}`}</dd></div>
     <div><dt>${t.yours}</dt><dd>${written(mine)}</dd></div>
   </dl>`;
 }

@@ -43,7 +43,7 @@ export function RefitMap({ measured, residuals, axes, flipU, refit, many }) {
     [measured, values],
   );
   const unit = heightUnit(axes) ?? common.callersUnit;
-  const name = `${t[layer]}, ${refit ? t.refit : t.standing}`;
+  const name = `${t[layer]}, ${refit ? t.refit : t.thisFit}`;
   const ends = surface && extremesOf(surface);
   const scale = surface && scaleFor(surface);
   const write = (/** @type {number} */ z) => `${fmt.value.onScale(z, scale?.limit ?? 0, unit)}\u202f${unit}`;

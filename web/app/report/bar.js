@@ -9,7 +9,7 @@ import { iterationsOf, PARTS, partsOf, written } from "./parts.js";
 
 /**
  * @param {{ there: readonly number[], numbers: readonly number[], printable: boolean }} props `there`: all iterations;
- *   `numbers`: those told; `printable`: the paper is there
+ *   `numbers`: those data; `printable`: the paper is there
  */
 export function Bar({ there, numbers, printable }) {
   const parts = partsOf(query.value.get("parts"));

@@ -12,13 +12,13 @@ import { CoverFigures } from "./cover_figures.js";
 import { SmallMaps } from "./maps.js";
 import { endsOf } from "./pairs.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("./data.js").Job} Job */
 
-/** @param {{ job: Job, told: readonly Told[] }} props */
-export function Cover({ job, told }) {
-  const decided = told.map(({ iteration }) => iteration.decision).at(-1);
-  const ends = endsOf(told);
+/** @param {{ job: Job, data: readonly ReportData[] }} props */
+export function Cover({ job, data }) {
+  const decided = data.map(({ iteration }) => iteration.decision).at(-1);
+  const ends = endsOf(data);
   return html`<section class="report-cover" aria-labelledby="report-title">
     <header class="report-head">
       <div>
@@ -28,10 +28,10 @@ export function Cover({ job, told }) {
       ${decided && h(DecisionBadge, { decision: decided })}
     </header>
     ${h(JobFacts, { job })}
-    ${h(Measurements, { told: ends })}
-    ${h(SmallMaps, { told: ends, flipU: job.gear?.internal === true })}
-    ${h(CoverFigures, { told: ends })}
-    ${h(Decisions, { told: ends })}
+    ${h(Measurements, { data: ends })}
+    ${h(SmallMaps, { data: ends, flipU: job.gear?.internal === true })}
+    ${h(CoverFigures, { data: ends })}
+    ${h(Decisions, { data: ends })}
     ${h(Signature, null)}
   </section>`;
 }
@@ -74,34 +74,34 @@ function JobFacts({ job }) {
   </dl>`;
 }
 
-/** @param {{ told: readonly Told[] }} props */
-function Measurements({ told }) {
+/** @param {{ data: readonly ReportData[] }} props */
+function Measurements({ data }) {
   const { value } = fmt;
-  const data = (/** @type {string | null | undefined} */ text) =>
+  const verbatim = (/** @type {string | null | undefined} */ text) =>
     html`<span class="one-line" translate="no">${text || ABSENT}</span>`;
   return html`<table class="report-table">
     <caption class="visually-hidden">${t.measurement}</caption>
     <thead><tr>${[t.iteration, t.measured, t.flank, t.tooth, t.instrument, t.operator].map((name) => html`<th key=${name} scope="col">${name}</th>`)}
       <th scope="col" class="numeric">${t.nodes}</th></tr></thead>
     <tbody>
-      ${told.map(
+      ${data.map(
         ({ iteration: one }) => html`<tr key=${one.number}>
           <th scope="row" translate="no">${one.number}</th>
-          <td>${data(value.time(one.measured_at ?? one.created_at))}</td>
+          <td>${verbatim(value.time(one.measured_at ?? one.created_at))}</td>
           <td>${one.flank ? t[one.flank] : ABSENT}</td>
-          <td>${data(one.tooth)}</td>
-          <td>${data(one.instrument)}</td>
-          <td>${data(one.operator)}</td>
-          <td class="numeric">${data(value.count(one.node_count))}</td>
+          <td>${verbatim(one.tooth)}</td>
+          <td>${verbatim(one.instrument)}</td>
+          <td>${verbatim(one.operator)}</td>
+          <td class="numeric">${verbatim(value.count(one.node_count))}</td>
         </tr>`,
       )}
     </tbody>
   </table>`;
 }
 
-/** @param {{ told: readonly Told[] }} props */
-function Decisions({ told }) {
-  const all = told.map(({ iteration, traced }) => ({ number: iteration.number, decided: traced.decisions.at(-1) }));
+/** @param {{ data: readonly ReportData[] }} props */
+function Decisions({ data }) {
+  const all = data.map(({ iteration, traced }) => ({ number: iteration.number, decided: traced.decisions.at(-1) }));
   return html`<section class="report-decision" aria-labelledby="report-decision">
     <h3 id="report-decision">${t.decision}</h3>
     ${all.map(

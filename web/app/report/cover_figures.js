@@ -14,43 +14,44 @@ import { coarsest, flankRows, heightsOf, traceRows } from "./figures.js";
 import { nameOf } from "./maps.js";
 import { isPair } from "./pairs.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("./figures.js").Row} Row */
 /** @typedef {import("./figures.js").Cell} Cell */
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
-/** @param {{ told: readonly Told[] }} props the first and the last */
-export function CoverFigures({ told }) {
+/** @param {{ data: readonly ReportData[] }} props the first and the last */
+export function CoverFigures({ data }) {
   const notes = notesOf();
-  const { rows: flank, source } = flankRows(told);
-  const traces = traceRows(told);
-  const numbers = (/** @type {readonly Told[]} */ some) => some.map(({ iteration }) => iteration.number).join(", ");
-  const without = told.filter((_, i) => flank.every(({ cells }) => cells[i] === undefined));
+  const { rows: flank, source } = flankRows(data);
+  const traces = traceRows(data);
+  const numbers = (/** @type {readonly ReportData[]} */ some) =>
+    some.map(({ iteration }) => iteration.number).join(", ");
+  const without = data.filter((_, i) => flank.every(({ cells }) => cells[i] === undefined));
   const whyFigures = without.length > 0 ? notes.mark(t.whyFigures(numbers(without))) : null;
-  const unmeasured = told.filter(({ evaluated }) => !evaluated);
+  const unmeasured = data.filter(({ evaluated }) => !evaluated);
   const whyClass = unmeasured.length > 0 ? notes.mark(t.whyClass(numbers(unmeasured))) : null;
-  const listed = [...(without.length === told.length ? [] : flank), ...traces];
+  const listed = [...(without.length === data.length ? [] : flank), ...traces];
   const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
   const decided = listed.some(({ cells }) => cells.at(-1)?.conformity);
   const why = reasonsOf(listed);
   const dense = listed.length > 9 ? " dense" : "";
   const drawn = listed.some(({ cells }) => cells.some((cell) => cell?.error));
-  const changes = isPair(told) && flank.some(({ change }) => change);
+  const changes = isPair(data) && flank.some(({ change }) => change);
   const row = (/** @type {Row} */ one, /** @type {Children} */ why) => html`<tr key=${one.key}>
     <th scope="row">${h(GearSymbol, { name: one.symbol })} ${t[one.name]}${one.flank && `, ${t[one.flank]}`}</th>
     ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
-    ${changes && html`<td class="numeric">${one.change ? data(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
+    ${changes && html`<td class="numeric">${one.change ? verbatim(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
     ${drawn && html`<td>${h(Strip, { estimates: drawnOf(one), limits: one.limits && [one.limits.low, one.limits.high], unit: "µm", paper: true })}</td>`}
     <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells) : absent(whyLimits)}</td>
     <td class="numeric">${classesOf(one.cells)}</td>
   </tr>`;
-  const fact = (/** @type {string} */ name, /** @type {(one: Told) => Children} */ of) => html`<tr key=${name}>
+  const fact = (/** @type {string} */ name, /** @type {(one: ReportData) => Children} */ of) => html`<tr key=${name}>
     <th scope="row">${name}</th>
-    ${told.map((one) => html`<td key=${one.iteration.number} class="numeric">${of(one)}</td>`)}
+    ${data.map((one) => html`<td key=${one.iteration.number} class="numeric">${of(one)}</td>`)}
     ${changes && html`<td></td>`}${drawn && html`<td></td>`}<td></td><td></td>
   </tr>`;
-  const [first, last] = told;
-  const pair = isPair(told);
+  const [first, last] = data;
+  const pair = isPair(data);
   return html`<div class="report-figures">
     <table class=${`report-table${dense}`}>
       <caption>${t.figures}</caption>
@@ -64,7 +65,7 @@ export function CoverFigures({ told }) {
       </tr></thead>
       <tbody>
         ${
-          without.length === told.length
+          without.length === data.length
             ? fact(t.allFlank, () => absent(whyFigures))
             : flank.map((one) => row(one, whyFigures))
         }
@@ -72,7 +73,7 @@ export function CoverFigures({ told }) {
         ${fact(t.coarsest, (one) => {
           const of = coarsest(one);
           if (of === undefined) return absent(whyClass);
-          return of > 11 ? t.beyond : data(fmt.value.count(of));
+          return of > 11 ? t.above11 : verbatim(fmt.value.count(of));
         })}
         ${fact(t.heights, (one) => heights(one, notes.mark))}
         ${fact(t.rms, ({ fit, iteration }) => withUnit(fit?.result.residuals.rms, iteration))}
@@ -87,10 +88,10 @@ export function CoverFigures({ told }) {
         html`<p>${h(StripLegend, {
           estimates: listed.flatMap(drawnOf),
           limited: listed.some((one) => one.limits && drawnOf(one).length > 0),
-          named: told.map((one, i) => ({ ...ENDS[i], name: common.iteration(one.iteration.number) })),
+          named: data.map((one, i) => ({ ...ENDS[i], name: common.iteration(one.iteration.number) })),
         })}</p>`
       }
-      <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
+      <p>${without.length < data.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
         ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${VERDICTS[one].sign}</b> ${words[one]}</span>`)}${why && ` ${words.whyDoubtful(why)}`}</p>
     </div>
   </div>`;
@@ -122,7 +123,7 @@ const drawnOf = ({ cells }) =>
   cells.some((cell) => cell?.error) ? cells.flatMap((cell, i) => (cell ? [{ ...ENDS[i], ...cell }] : [])) : [];
 
 /** @param {string} text */
-const data = (text) => html`<span translate="no">${text}</span>`;
+const verbatim = (text) => html`<span translate="no">${text}</span>`;
 
 /** @param {Children} why */
 const absent = (why) => html`<span class="quiet">${ABSENT}${why}</span>`;
@@ -130,14 +131,14 @@ const absent = (why) => html`<span class="quiet">${ABSENT}${why}</span>`;
 /** @param {Cell | undefined} cell @param {Children} why */
 function figure(cell, why) {
   if (!cell) return absent(why);
-  return data(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
+  return verbatim(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
 }
 
 const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told", "doubtful"]);
 
 /** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
 function limitsOf({ low, high }, cells) {
-  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity: cells.at(-1)?.conformity })}`;
+  return html`${verbatim(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity: cells.at(-1)?.conformity })}`;
 }
 
 /** Reasons to doubt the last figures. @param {readonly Row[]} rows */
@@ -149,36 +150,36 @@ function reasonsOf(rows) {
 /** The classes before and after. @param {readonly (Cell | undefined)[]} cells */
 function classesOf(cells) {
   if (cells.every((cell) => cell?.class === undefined)) return null;
-  return data(cells.map((cell) => (cell?.class === undefined ? ABSENT : String(cell.class))).join(" → "));
+  return verbatim(cells.map((cell) => (cell?.class === undefined ? ABSENT : String(cell.class))).join(" → "));
 }
 
-/** @param {Told} told @param {(text: string) => Children} mark */
-function heights(told, mark) {
-  const ends = heightsOf(told);
+/** @param {ReportData} data @param {(text: string) => Children} mark */
+function heights(data, mark) {
+  const ends = heightsOf(data);
   if (!ends) return absent(mark(t.whyHeights));
-  const unit = heightUnit(told.iteration.axes);
+  const unit = heightUnit(data.iteration.axes);
   const write = unit === "µm" ? fmt.value.um : unit === "mm" ? fmt.value.mm : fmt.value.three;
-  return data(`${write(ends.low)} … ${write(ends.high)}${unit ? `\u202f${unit}` : ""}`);
+  return verbatim(`${write(ends.low)} … ${write(ends.high)}${unit ? `\u202f${unit}` : ""}`);
 }
 
-/** @param {number | null | undefined} value @param {Told["iteration"]} iteration */
+/** @param {number | null | undefined} value @param {ReportData["iteration"]} iteration */
 function withUnit(value, { axes }) {
   const unit = heightUnit(axes);
-  return data(value == null ? ABSENT : `${fmt.value.three(value)}${unit ? `\u202f${unit}` : ""}`);
+  return verbatim(value == null ? ABSENT : `${fmt.value.three(value)}${unit ? `\u202f${unit}` : ""}`);
 }
 
-/** λ* and what chose it. @param {Told["fit"]} fit */
+/** λ* and what chose it. @param {ReportData["fit"]} fit */
 function chosen(fit) {
   const { lambda_star: value, criterion } = fit?.result.regularization ?? {};
   if (value === undefined) return fit ? t.unregularized : ABSENT;
-  return html`${data(fmt.value.three(value))} <code translate="no">${criterion}</code>`;
+  return html`${verbatim(fmt.value.three(value))} <code translate="no">${criterion}</code>`;
 }
 
-/** @param {Told["fit"]} fit */
+/** @param {ReportData["fit"]} fit */
 function condition(fit) {
   const { condition: before, regularized } = fit?.result.spectrum ?? {};
   const after = regularized?.condition;
-  return data(
+  return verbatim(
     after == null ? fmt.value.condition(before) : `${fmt.value.condition(before)} → ${fmt.value.condition(after)}`,
   );
 }

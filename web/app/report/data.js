@@ -18,7 +18,7 @@ import { surfaceOf } from "../flank/layers.js";
 /** @typedef {import("../api/job.js").Job} Job */
 /** @typedef {import("../api/job.js").TracedIteration} TracedIteration */
 /**
- * @typedef {object} Told
+ * @typedef {object} ReportData
  * @property {Iteration} iteration
  * @property {TracedIteration} traced
  * @property {IterationFit | undefined} fit the one that stands
@@ -38,19 +38,19 @@ export function useReport(job, traced, numbers) {
   const state = traced.map(({ choices, records }) => [choices.at(-1)?.created_at, records?.at(-1)?.id]);
   const key = `report ${job.id} ${numbers.join(",")} ${JSON.stringify(state)}`;
   return useResource(numbers.length > 0 ? key : null, async (signal) => {
-    /** @type {Told[]} */
-    const told = [];
+    /** @type {ReportData[]} */
+    const data = [];
     // one after the other: a report of many iterations leaves room for others
     for (const number of numbers) {
       const own = traced.find((one) => one.number === number);
-      if (own) told.push(await tell(job, traced, own, signal));
+      if (own) data.push(await reportDataOf(job, traced, own, signal));
     }
-    return { data: told };
+    return { data };
   });
 }
 
-/** @param {Job} job @param {readonly TracedIteration[]} traced @param {TracedIteration} own @param {AbortSignal} signal @returns {Promise<Told>} */
-async function tell(job, traced, own, signal) {
+/** @param {Job} job @param {readonly TracedIteration[]} traced @param {TracedIteration} own @param {AbortSignal} signal @returns {Promise<ReportData>} */
+async function reportDataOf(job, traced, own, signal) {
   const path = { job_id: job.id, number: own.number };
   const before = traced.findLast(
     ({ number, flank, tooth }) => number < own.number && flank === own.flank && tooth === own.tooth,

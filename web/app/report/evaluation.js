@@ -12,12 +12,12 @@ import { t } from "../i18n/report.js";
 import { estimateOf } from "../lib/strip.js";
 import { Fragment, h, html } from "../../vendor/ui.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("./data.js").Evaluated} Evaluated */
 
-/** @param {{ told: readonly Told[] }} props */
-export function Evaluations({ told }) {
-  const all = told.flatMap(({ iteration, evaluated }) => (evaluated ? [{ number: iteration.number, evaluated }] : []));
+/** @param {{ data: readonly ReportData[] }} props */
+export function Evaluations({ data }) {
+  const all = data.flatMap(({ iteration, evaluated }) => (evaluated ? [{ number: iteration.number, evaluated }] : []));
   if (all.length === 0) return html`<p>${t.noEvaluation}</p>`;
   return h(
     Fragment,

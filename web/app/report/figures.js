@@ -3,7 +3,7 @@
 import { verdictOf } from "../components/within.js";
 import { extremesOf } from "../flank/surface.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
 /** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
 /** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
@@ -42,22 +42,22 @@ const FLANK = [
  * Figures of the second-order surface: of the fits that stand, of the nodes as corrections answer them, or of traces as
  * evaluations do. One source for all iterations: that which
  * tells more of them, and where they are alike that which is decided by limits.
- * @param {readonly Told[]} told @returns {{ rows: Row[], source: "fits" | "nodes" | "traces" }}
+ * @param {readonly ReportData[]} data @returns {{ rows: Row[], source: "fits" | "nodes" | "traces" }}
  */
-export function flankRows(told) {
+export function flankRows(data) {
   const whole =
-    told.length > 1 && told.at(-1)?.answers?.id === told[0]?.correction?.id ? told.at(-1)?.answers : undefined;
-  /** @param {(one: Told, name: FlankFigureName) => Cell | undefined} cell @returns {Row[]} */
+    data.length > 1 && data.at(-1)?.answers?.id === data[0]?.correction?.id ? data.at(-1)?.answers : undefined;
+  /** @param {(one: ReportData, name: FlankFigureName) => Cell | undefined} cell @returns {Row[]} */
   const rows = (cell) =>
     FLANK.map(([name, symbol]) => ({
       key: name,
       symbol,
       name,
       flank: undefined,
-      cells: told.map((one) => cell(one, name)),
+      cells: data.map((one) => cell(one, name)),
       change:
         cell === ofTraces ? undefined : whole?.answer?.figure_changes?.[/** @type {const} */ (`${name}_um`)]?.change,
-      limits: told
+      limits: data
         .flatMap((one) => limitsOf([cell === ofFits ? fittedFigure(one, name) : tracedFigure(one, name)]))
         .at(-1),
     }));
@@ -73,9 +73,9 @@ export function flankRows(told) {
   return all.reduce((best, one) => (score(one) > score(best) ? one : best));
 }
 
-/** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
-function ofFits(told, name) {
-  const figure = fittedFigure(told, name);
+/** @param {ReportData} data @param {FlankFigureName} name @returns {Cell | undefined} */
+function ofFits(data, name) {
+  const figure = fittedFigure(data, name);
   return figure && cellOf(figure);
 }
 
@@ -88,7 +88,7 @@ const cellOf = ({ value, std_error, interval, bias_bound, conformity }) => ({
   conformity,
 });
 
-/** @param {Told} told @param {FlankFigureName} name */
+/** @param {ReportData} data @param {FlankFigureName} name */
 function fittedFigure({ iteration: { fits } }, name) {
   return fits.find(({ chosen }) => chosen)?.figures?.[/** @type {const} */ (`${name}_um`)];
 }
@@ -98,7 +98,7 @@ function covered(rows) {
   return rows[0]?.cells.filter((_, i) => rows.some(({ cells }) => cells[i])).length ?? 0;
 }
 
-/** With its error where one is answered: of the own correction, or of the one before that this iteration answers. @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
+/** With its error where one is answered: of the own correction, or of the one before that this iteration answers. @param {ReportData} data @param {FlankFigureName} name @returns {Cell | undefined} */
 function ofNodes({ correction, answers }, name) {
   const own = /** @type {const} */ (`${name}_um`);
   const estimated =
@@ -109,13 +109,13 @@ function ofNodes({ correction, answers }, name) {
   return figure ? { value: figure.before, error: figure.std_error } : undefined;
 }
 
-/** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
-function ofTraces(told, name) {
-  const figure = tracedFigure(told, name);
+/** @param {ReportData} data @param {FlankFigureName} name @returns {Cell | undefined} */
+function ofTraces(data, name) {
+  const figure = tracedFigure(data, name);
   return figure && cellOf(figure);
 }
 
-/** Of the surface through the traces of the tooth flank that was measured. @param {Told} told @param {FlankFigureName} name */
+/** Of the surface through the traces of the tooth flank that was measured. @param {ReportData} data @param {FlankFigureName} name */
 function tracedFigure({ evaluated, iteration: { tooth, flank } }, name) {
   const surface = evaluated?.result.surfaces.find((one) => one.tooth === tooth && one.flank === flank);
   return surface?.[/** @type {const} */ (`${name}_um`)] ?? undefined;
@@ -126,16 +126,16 @@ const TRACE = /** @type {const} */ ({
   helix: { slope: "f_Hβ", total: "F_β" },
 });
 
-/** Means over the teeth of evaluated traces; none without an evaluation. @param {readonly Told[]} told @returns {Row[]} */
-export function traceRows(told) {
+/** Means over the teeth of evaluated traces; none without an evaluation. @param {readonly ReportData[]} data @returns {Row[]} */
+export function traceRows(data) {
   return /** @type {const} */ (["profile", "helix"]).flatMap((kind) =>
     /** @type {const} */ (["left", "right"]).flatMap((flank) =>
       /** @type {const} */ (["slope", "total"]).flatMap((what) => {
-        const cells = told.map((one) => traceCell(one, kind, flank, what));
+        const cells = data.map((one) => traceCell(one, kind, flank, what));
         if (cells.every((cell) => cell === undefined)) return [];
         const limits =
           what === "slope"
-            ? told.flatMap((one) => limitsOf(conformities(tracesOf(one, kind, flank)))).at(-1)
+            ? data.flatMap((one) => limitsOf(conformities(tracesOf(one, kind, flank)))).at(-1)
             : undefined;
         return [
           {
@@ -153,16 +153,16 @@ export function traceRows(told) {
   );
 }
 
-/** @param {Told} told @param {"profile" | "helix"} kind @param {"left" | "right"} flank */
+/** @param {ReportData} data @param {"profile" | "helix"} kind @param {"left" | "right"} flank */
 function tracesOf({ evaluated }, kind, flank) {
   return (evaluated?.result.traces ?? []).filter((trace) => trace.kind === kind && trace.flank === flank);
 }
 
-/** @param {Told} told @param {"profile" | "helix"} kind @param {"left" | "right"} flank @param {"slope" | "total"} what @returns {Cell | undefined} */
-function traceCell(told, kind, flank, what) {
-  const mean = told.evaluated?.result.means.find((one) => one.kind === kind && one.flank === flank)?.[`${what}_um`]
+/** @param {ReportData} data @param {"profile" | "helix"} kind @param {"left" | "right"} flank @param {"slope" | "total"} what @returns {Cell | undefined} */
+function traceCell(data, kind, flank, what) {
+  const mean = data.evaluated?.result.means.find((one) => one.kind === kind && one.flank === flank)?.[`${what}_um`]
     .mean;
-  const traces = tracesOf(told, kind, flank);
+  const traces = tracesOf(data, kind, flank);
   if (typeof mean !== "number") return undefined;
   const classes = traces.flatMap(({ class: of }) => (typeof of?.[what] === "number" ? [of[what]] : []));
   const alone = traces.length === 1 ? traces[0] : undefined;
@@ -195,13 +195,13 @@ function limitsOf(figures) {
   });
 }
 
-/** Least and greatest height of the nodes. @param {Told} told */
+/** Least and greatest height of the nodes. @param {ReportData} data */
 export function heightsOf({ surface }) {
   const ends = surface && extremesOf(surface);
   return ends ? { low: ends.least.z, high: ends.greatest.z } : undefined;
 }
 
-/** The coarsest class of an evaluation; 12 stands for what exceeds even class 11. @param {Told} told */
+/** The coarsest class of an evaluation; 12 stands for what exceeds even class 11. @param {ReportData} data */
 export function coarsest({ evaluated }) {
   if (!evaluated) return undefined;
   return evaluated.result.coarser_than_11 ? 12 : (evaluated.result.class ?? undefined);

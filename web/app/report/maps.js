@@ -14,9 +14,9 @@ import { heightUnit } from "../lib/units.js";
 import { isPair } from "./pairs.js";
 import { h, html } from "../../vendor/ui.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
-/** @typedef {{ told: Told, surface: FlankSurface }} Mapped */
+/** @typedef {{ data: ReportData, surface: FlankSurface }} Mapped */
 
 /** Dots of the image for a pixel of the page, of which there are 96 an inch. */
 const DENSITY = 300 / 96;
@@ -24,23 +24,23 @@ const DENSITY = 300 / 96;
 /** One scale for all of them. @param {readonly Mapped[]} mapped */
 const scaleOf = (mapped) => commonScale(mapped.map(({ surface }) => surface));
 
-/** Measured deviations, beside each other. @param {{ told: readonly Told[], flipU: boolean }} props */
-export function SmallMaps({ told, flipU }) {
-  const mapped = told.flatMap((one) => (one.surface ? [{ told: one, surface: one.surface }] : []));
+/** Measured deviations, beside each other. @param {{ data: readonly ReportData[], flipU: boolean }} props */
+export function SmallMaps({ data, flipU }) {
+  const mapped = data.flatMap((one) => (one.surface ? [{ data: one, surface: one.surface }] : []));
   if (mapped.length === 0) return null;
-  const pair = isPair(told) && mapped.length > 1;
+  const pair = isPair(data) && mapped.length > 1;
   // heights of different units have no scale in common
-  const units = new Set(mapped.map(({ told: one }) => heightUnit(one.iteration.axes)));
+  const units = new Set(mapped.map(({ data: one }) => heightUnit(one.iteration.axes)));
   const whole = units.size === 1 ? scaleOf(mapped) : undefined;
   return html`<div class="report-small">
     <div class="report-pair">
       ${mapped.map((one, i) => {
-        const { number } = one.told.iteration;
-        const name = !pair ? nameOf(one.told) : i === 0 ? t.before(number) : t.after(number);
+        const { number } = one.data.iteration;
+        const name = !pair ? nameOf(one.data) : i === 0 ? t.before(number) : t.after(number);
         const { limit, clipped } = whole ?? scaleOf([one]);
         return html`<figure key=${number}>
           <figcaption>${name}</figcaption>
-          ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, axes: mapAxes(one.told.iteration.axes), small: true, contours: true, height: 78, flipU, density: DENSITY })}
+          ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, axes: mapAxes(one.data.iteration.axes), small: true, contours: true, height: 78, flipU, density: DENSITY })}
           <p class="map-ends" aria-hidden="true"><span>${flank.faceI}</span><span>${flank.faceII}</span></p>
           ${!whole && h(Legend, { limit, unit: unitOf(one), clipped, missing: countsOf(one.surface).missing })}
         </figure>`;
@@ -50,16 +50,16 @@ export function SmallMaps({ told, flipU }) {
   </div>`;
 }
 
-/** Measured and residual maps of each iteration. @param {{ told: readonly Told[], flipU: boolean }} props */
-export function Maps({ told, flipU }) {
-  const measured = told.flatMap((one) => (one.surface ? [{ told: one, surface: one.surface }] : []));
-  const residual = told.flatMap((one) => {
+/** Measured and residual maps of each iteration. @param {{ data: readonly ReportData[], flipU: boolean }} props */
+export function Maps({ data, flipU }) {
+  const measured = data.flatMap((one) => (one.surface ? [{ data: one, surface: one.surface }] : []));
+  const residual = data.flatMap((one) => {
     const residuals = one.fit?.result.residuals;
     return one.surface && residuals?.values
-      ? [{ told: one, surface: atNodes(one.surface, residuals.values, residuals.node_indices) }]
+      ? [{ data: one, surface: atNodes(one.surface, residuals.values, residuals.node_indices) }]
       : [];
   });
-  const none = told.filter(({ surface }) => !surface);
+  const none = data.filter(({ surface }) => !surface);
   return html`
     ${measured.length > 0 && html`<p class="quiet">${t.oneScale}</p>`}
     ${none.map(({ iteration }) => html`<p key=${iteration.number}>${common.iteration(iteration.number)}: ${t.noMap}</p>`)}
@@ -71,7 +71,7 @@ function drawn(mapped, kind, flipU) {
   const units = new Set(mapped.map(unitOf));
   const whole = units.size === 1 ? scaleOf(mapped) : undefined;
   return mapped.map((one) => {
-    const { iteration, fit } = one.told;
+    const { iteration, fit } = one.data;
     const name = `${kind}, ${common.iteration(iteration.number)}`;
     const { limit } = whole ?? scaleOf([one]);
     const clipped = clippedBy(one.surface, limit);
@@ -84,8 +84,8 @@ function drawn(mapped, kind, flipU) {
 }
 
 /** @param {Mapped} mapped */
-function unitOf({ told }) {
-  return heightUnit(told.iteration.axes) ?? common.callersUnit;
+function unitOf({ data }) {
+  return heightUnit(data.iteration.axes) ?? common.callersUnit;
 }
 
 /** The box that the model lives on. @param {import("../api/client.js").Schema<"Domain">} domain @returns {import("../flank/surface.js").Box | undefined} */
@@ -104,7 +104,7 @@ function summaryOf(surface) {
   return flank.extremes(place(ends.least), place(ends.greatest));
 }
 
-/** Name of an iteration with its flank. @param {Told} told */
+/** Name of an iteration with its flank. @param {ReportData} data */
 export function nameOf({ iteration: { number, flank, tooth } }) {
   const parts = [common.iteration(number), flank && t[flank], tooth];
   return parts.filter(Boolean).join(", ");

@@ -15,7 +15,7 @@ export const PARTS = /** @type {const} */ ([
 /** @typedef {(typeof PARTS)[number]} Part */
 
 /**
- * The iterations that are told: those of the address that there are, in their order; by default the first and the last.
+ * The iterations that are data: those of the address that there are, in their order; by default the first and the last.
  * @param {string | null} text such as `1,2` @param {readonly number[]} there
  */
 export function iterationsOf(text, there) {
@@ -25,7 +25,7 @@ export function iterationsOf(text, there) {
   return there.filter((_, i) => i === 0 || i === there.length - 1);
 }
 
-/** The parts that are told; by default all. @param {string | null} text such as `summary,maps` @returns {readonly Part[]} */
+/** The parts that are data; by default all. @param {string | null} text such as `summary,maps` @returns {readonly Part[]} */
 export function partsOf(text) {
   const wanted = new Set((text ?? "").split(","));
   const found = PARTS.filter((part) => wanted.has(part));

@@ -6,11 +6,11 @@ import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
 import { h, html } from "../../vendor/ui.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 
-/** @param {{ told: readonly Told[] }} props */
-export function Pitches({ told }) {
-  const all = told.flatMap(({ iteration, pitched }) => (pitched ? [{ number: iteration.number, pitched }] : []));
+/** @param {{ data: readonly ReportData[] }} props */
+export function Pitches({ data }) {
+  const all = data.flatMap(({ iteration, pitched }) => (pitched ? [{ number: iteration.number, pitched }] : []));
   if (all.length === 0) return html`<p>${t.noPitch}</p>`;
   return html`${all.map(
     ({ number, pitched: { record, result } }) => html`<div key=${number} class="report-of">

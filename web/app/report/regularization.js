@@ -18,25 +18,25 @@ import { symbolOf } from "../regularization/selection.js";
 import { raisedIn } from "../lib/spectrum.js";
 import { h, html } from "../../vendor/ui.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("./data.js").IterationFit} IterationFit */
 
 const words = texts({ en, de });
 const spectral = texts({ en: enStatistics, de: deStatistics });
 
-/** @param {{ told: readonly Told[] }} props */
-export function Choices({ told }) {
-  return html`${told.map(
+/** @param {{ data: readonly ReportData[] }} props */
+export function Choices({ data }) {
+  return html`${data.map(
     (one) => html`<div key=${one.iteration.number} class="report-of">
-      <div class="keep"><h3>${common.iteration(one.iteration.number)}</h3>${h(Why, { told: one })}
+      <div class="keep"><h3>${common.iteration(one.iteration.number)}</h3>${h(Why, { data: one })}
       ${one.fit && h(ChoiceTable, { number: one.iteration.number, fit: one.fit, unit: heightUnit(one.iteration.axes) })}</div>
       ${one.fit && h(Curve, { fit: one.fit, symbol: symbolOf(one.fit.spec) })}
     </div>`,
   )}`;
 }
 
-/** Which fit stands, since when and why. @param {{ told: Told }} props */
-function Why({ told: { traced, fit } }) {
+/** Which fit stands, since when and why. @param {{ data: ReportData }} props */
+function Why({ data: { traced, fit } }) {
   if (!fit) return html`<p>${t.noFit}</p>`;
   const choice = traced.choices.findLast(({ fit_id }) => fit_id === fit.id);
   const { regularization } = fit.result;
@@ -44,7 +44,7 @@ function Why({ told: { traced, fit } }) {
   return html`<p>
     ${h(Criterion, { name: regularization.criterion })}
     ${regularization.lambda_star !== undefined && html`, <span translate="no">${symbolOf(fit.spec)} = ${fmt.value.three(regularization.lambda_star)}</span>`}.
-    ${choice && ` ${t.standsSince(fmt.value.time(choice.created_at))}`}
+    ${choice && ` ${t.chosenSince(fmt.value.time(choice.created_at))}`}
     ${" "}${reason ? html`${t.choiceReason}: <span translate="no">${reason}</span>` : t.noReason}
   </p>`;
 }
@@ -58,14 +58,14 @@ function ChoiceTable({ number, fit, unit }) {
     hideCaption: true,
     rows: regularization.choices,
     rowKey: ({ criterion }) => criterion,
-    rowClass: ({ criterion }) => (criterion === regularization.criterion ? "standing" : ""),
+    rowClass: ({ criterion }) => (criterion === regularization.criterion ? "chosen" : ""),
     columns: [
       ...choiceColumns(symbolOf(fit.spec), unit),
       {
-        key: "stood",
-        header: t.stood,
+        key: "chosen",
+        header: t.wasChosen,
         cell: ({ criterion }) =>
-          criterion === regularization.criterion && h(Badge, { kind: "good", children: t.stands }),
+          criterion === regularization.criterion && h(Badge, { kind: "good", children: t.chosen }),
       },
     ],
   });
@@ -81,7 +81,7 @@ function Curve({ fit: { result }, symbol }) {
   const heights = points.map(({ y }) => y);
   const [low, high] = [Math.min(...heights), Math.max(...heights)];
   const { lambda_star: at, choices, criterion } = result.regularization;
-  const standing = choices.find((one) => one.criterion === criterion)?.predicted_mse;
+  const chosenMse = choices.find((one) => one.criterion === criterion)?.predicted_mse;
   return h(Chart, {
     name: t.curve,
     summary: t.curveSummary,
@@ -91,13 +91,13 @@ function Curve({ fit: { result }, symbol }) {
     children: (plot) => html`
       ${choices.map(({ criterion: name, lambda_star: x }) => (x !== undefined && x >= first.x && x <= last.x ? h(Rule, { key: name, plot, x }) : null))}
       ${h(Line, { plot, points })}
-      ${at !== undefined && typeof standing === "number" && h(Dots, { plot, points: [{ x: at, y: standing }], sign: "square", series: "vermilion" })}`,
+      ${at !== undefined && typeof chosenMse === "number" && h(Dots, { plot, points: [{ x: at, y: chosenMse }], sign: "square", series: "vermilion" })}`,
   });
 }
 
-/** Eigenvalues before and after. @param {{ told: readonly Told[] }} props */
-export function Spectra({ told }) {
-  return html`${told.map(({ iteration, fit }) =>
+/** Eigenvalues before and after. @param {{ data: readonly ReportData[] }} props */
+export function Spectra({ data }) {
+  return html`${data.map(({ iteration, fit }) =>
     fit
       ? h(Spectrum, { key: iteration.number, number: iteration.number, fit })
       : html`<p key=${iteration.number}>${common.iteration(iteration.number)}: ${t.noFit}</p>`,

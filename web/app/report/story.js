@@ -10,7 +10,7 @@ import { entriesOf } from "../trace/entries.js";
 import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
-/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").ReportData} ReportData */
 /** @typedef {import("../trace/entries.js").Entry} Entry */
 /** @typedef {import("../api/client.js").Schema<"Decision">} DecisionName */
 
@@ -54,9 +54,9 @@ function reasonOf(entry) {
   return entry.kind === "choice" || entry.kind === "decision" ? (entry.reason ?? "") : "";
 }
 
-/** Warnings of the server. @param {{ told: readonly Told[] }} props */
-export function Warnings({ told }) {
-  const lists = told.flatMap(({ iteration: { number }, fit, evaluated, pitched, correction }) => [
+/** Warnings of the server. @param {{ data: readonly ReportData[] }} props */
+export function Warnings({ data }) {
+  const lists = data.flatMap(({ iteration: { number }, fit, evaluated, pitched, correction }) => [
     { name: t.ofFit(number), warnings: fit?.result.warnings ?? [] },
     { name: t.ofEvaluation(number), warnings: evaluated?.result.warnings ?? [] },
     { name: t.ofPitch(number), warnings: pitched?.result.warnings ?? [] },
@@ -72,11 +72,11 @@ export function Warnings({ told }) {
   )}`;
 }
 
-/** @param {{ jobId: string, told: readonly Told[] }} props */
-export function Origin({ jobId, told }) {
+/** @param {{ jobId: string, data: readonly ReportData[] }} props */
+export function Origin({ jobId, data }) {
   const { value } = fmt;
   return html`<p class="quiet">${t.digestAbout}</p>
-    ${told.map(({ iteration, fit }) => {
+    ${data.map(({ iteration, fit }) => {
       /** @type {[string, string][]} */
       const facts = [
         [t.jobId, jobId],

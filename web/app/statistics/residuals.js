@@ -29,12 +29,12 @@ export function Residuals({ result, nodes, axes }) {
     data(`${fmt.value.three(value)}${unit ? ` ${unit}` : ""}`);
   const places = nodes && values.length > 0 ? Object.keys(placeOfNode(nodes, 0)) : [];
   const axis = (/** @type {string} */ name) => {
-    const told =
+    const known =
       /** @type {Record<string, import("../api/client.js").Schema<"Axis"> | null | undefined> | undefined} */ (
         /** @type {unknown} */ (axes)
       );
-    const { label, unit: of } = axisOf(told?.[name], name);
-    return { label: told?.[name] ? label : t.data(label), unit: of };
+    const { label, unit: of } = axisOf(known?.[name], name);
+    return { label: known?.[name] ? label : t.data(label), unit: of };
   };
   return html`<section class="panel wide">
       <h2>${t.residuals}</h2>

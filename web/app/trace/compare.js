@@ -21,10 +21,10 @@ export function Compare({ iterations }) {
   const all = iterations.flatMap((iteration) => iteration.fits.map((fit, i) => ({ iteration, fit, i })));
   if (all.length < 2)
     return html`<section class="panel"><h2>${t.compare}</h2><p class="quiet">${t.compareNeedsTwo}</p></section>`;
-  const standing = all.filter(({ fit }) => fit.chosen);
+  const chosen = all.filter(({ fit }) => fit.chosen);
   const find = (/** @type {string} */ name) => all.find(({ fit }) => fit.id === query.value.get(name));
-  const a = find("a") ?? standing[0] ?? all[0];
-  const b = find("b") ?? standing.findLast((one) => one !== a) ?? all.findLast((one) => one !== a);
+  const a = find("a") ?? chosen[0] ?? all[0];
+  const b = find("b") ?? chosen.findLast((one) => one !== a) ?? all.findLast((one) => one !== a);
   if (!a || !b) return null;
   const options = all.map(({ iteration, fit, i }) => ({
     value: fit.id,

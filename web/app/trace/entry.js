@@ -31,12 +31,12 @@ export function EntryText({ entry, jobId, unit }) {
       { job_id: jobId, number: entry.iteration },
       { fit: entry.fit.id },
     );
-    return html`${head(t.fitEntry, entry.fit.chosen && h(Badge, { kind: "good", children: t.standsNow }))}
+    return html`${head(t.fitEntry, entry.fit.chosen && h(Badge, { kind: "good", children: t.chosen }))}
       <p>${to ? html`<a href=${to}>${h(Criterion, { name: entry.fit.criterion })}</a>` : h(Criterion, { name: entry.fit.criterion })}</p>
       ${h(Figures, { fit: entry.fit, unit })}${h(FiguresInShort, { figures: entry.fit.figures })}${reason(entry.fit.reason)}`;
   }
   if (entry.kind === "choice") {
-    return html`${head(entry.until ? t.stoodEntry : t.standsEntry)}
+    return html`${head(entry.until ? t.wasChosenEntry : t.chosenEntry)}
       <p>${entry.fit ? html`${h(Criterion, { name: entry.fit.criterion })} <span translate="no">λ* ${fmt.value.three(entry.fit.lambda_star)}</span>` : t.earlierFit}</p>
       ${entry.until && html`<p class="quiet">${t.until} <time datetime=${entry.until} translate="no">${fmt.value.time(entry.until)}</time></p>`}
       ${reason(entry.reason)}`;

@@ -4,7 +4,7 @@ import { browserTest, inBrowser } from "../browser/harness.js";
 import { median, ROUNDS } from "./rounds.js";
 
 /** @param {import("../browser/harness.js").World} world */
-async function firstView({ page, server, stands }) {
+async function firstView({ page, server, loaded }) {
   const network = await page.context().newCDPSession(page);
   await network.send("Network.enable");
   const speed = 10e6 / 8;
@@ -23,7 +23,7 @@ async function firstView({ page, server, stands }) {
     usable();
   });
   await page.goto(`${server.url}/jobs`);
-  await stands();
+  await loaded();
   const marks = await page.waitForFunction(() => {
     const at = (/** @type {string} */ name) => performance.getEntriesByName(name)[0]?.startTime;
     const [paint, usable] = [at("first-contentful-paint"), at("usable")];

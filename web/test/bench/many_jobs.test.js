@@ -22,7 +22,7 @@ async function made({ call }) {
 }
 
 browserTest("10,000 jobs", {}, async (world) => {
-  const { page, open, stands, call } = world;
+  const { page, open, loaded, call } = world;
   await made(world);
   await open("/jobs");
   // from the last key of a search to its rows
@@ -48,7 +48,7 @@ browserTest("10,000 jobs", {}, async (world) => {
   for (let round = 0; round < ROUNDS; round += 1) {
     const wanted = `0${round + 3}12`;
     await search.fill(wanted.slice(0, -1));
-    await stands();
+    await loaded();
     await page.evaluate((name) => Object.assign(/** @type {any} */ (window).seen, { rows: 0, wanted: name }), wanted);
     await search.press(wanted.slice(-1));
     const took = await page.waitForFunction(() => {
@@ -62,7 +62,7 @@ browserTest("10,000 jobs", {}, async (world) => {
   console.log(`key to rows ${rows.toFixed(0)} ms (${times.map((one) => one.toFixed(0)).join(", ")})`);
 
   // the list itself, by pages, filters and searches in turn, one request at a time
-  const asked = [
+  const paths = [
     "/v1/jobs?limit=50",
     "/v1/jobs?limit=50&machine=grinder+7",
     "/v1/jobs?limit=50&q=04711",
@@ -73,7 +73,7 @@ browserTest("10,000 jobs", {}, async (world) => {
   const lists = [];
   for (let i = 0; i < LISTS; i += 1) {
     const from = performance.now();
-    await call("GET", /** @type {string} */ (asked[i % asked.length]));
+    await call("GET", /** @type {string} */ (paths[i % paths.length]));
     lists.push(performance.now() - from);
   }
   const p95 = lists.sort((a, b) => a - b)[Math.ceil(0.95 * LISTS) - 1] ?? Number.POSITIVE_INFINITY;

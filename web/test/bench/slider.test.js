@@ -12,7 +12,7 @@ const SIZES = /** @type {const} */ ([
 
 for (const [rows, columns] of SIZES) {
   browserTest(`the slider shows figures of ${rows * columns} nodes`, {}, async (world) => {
-    const { page, open, stands, job, call } = world;
+    const { page, open, loaded, job, call } = world;
     const { id } = await job();
     const u = Array.from({ length: rows }, (_, i) => 6 + (5 * i) / rows);
     const v = Array.from({ length: columns }, (_, j) => 1 + (13 * j) / columns);
@@ -27,7 +27,7 @@ for (const [rows, columns] of SIZES) {
     await slider.focus();
     await page.keyboard.press("ArrowRight");
     await page.waitForURL(/lambda=/);
-    await stands();
+    await loaded();
     await page.evaluate(() => {
       const seen = { moved: 0, shown: 0 };
       Object.assign(window, { seen });

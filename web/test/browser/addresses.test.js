@@ -7,7 +7,7 @@ import { browserTest, example } from "./harness.js";
 const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
 
 browserTest("what was chosen on a page stands in its address", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await iteration(id, "flank_z52_remachined.json");
@@ -27,11 +27,11 @@ browserTest("what was chosen on a page stands in its address", {}, async (world)
     const plain = page.url();
     await choose();
     await page.waitForURL((url) => url.href !== plain);
-    await stands();
+    await loaded();
     const [address, text] = [page.url(), await seen(page)];
     await open("/settings");
     await page.goto(address);
-    await stands();
+    await loaded();
     assert.equal(await seen(page), text, path);
   }
 });

@@ -12,7 +12,7 @@ const FLANKS = /** @type {const} */ ([
 ]);
 
 browserTest("all teeth stand beside each other, and the figures are the interface's", {}, async (world) => {
-  const { page, open, job, call, stands } = world;
+  const { page, open, job, call, loaded } = world;
   const { id } = await job();
   // an iteration that is of no tooth may have deviations of any
   const { flank: _, tooth: __, ...measured } = JSON.parse(await example("flank_z52.json"));
@@ -34,18 +34,21 @@ browserTest("all teeth stand beside each other, and the figures are the interfac
   }
   await open(`/jobs/${id}/iterations/1`);
   await page.getByLabel("Layer").selectOption({ label: "All teeth" });
-  await stands();
+  await loaded();
   await page.getByText("3 flanks of 2 teeth, on one scale.").waitFor();
   const rows = page.getByRole("table", { name: "All teeth" }).locator("tbody tr");
   const names = ["Tooth 1, left", "Tooth 2, left", "Tooth 1, right"];
   for (const [i, name] of names.entries()) {
-    const told = answers[name].deviation_um.filter((/** @type {unknown} */ z) => z !== null);
+    const expected = answers[name].deviation_um.filter((/** @type {unknown} */ z) => z !== null);
     const cells = await rows.nth(i).locator(".cell").allTextContents();
     assert.equal(cells[0], name, "left flanks first, teeth in their order");
-    agrees(cells[1], told.length);
-    agrees(cells[2], Math.min(...told));
-    agrees(cells[3], Math.max(...told));
-    agrees(cells[4], told.reduce((/** @type {number} */ sum, /** @type {number} */ z) => sum + z, 0) / told.length);
+    agrees(cells[1], expected.length);
+    agrees(cells[2], Math.min(...expected));
+    agrees(cells[3], Math.max(...expected));
+    agrees(
+      cells[4],
+      expected.reduce((/** @type {number} */ sum, /** @type {number} */ z) => sum + z, 0) / expected.length,
+    );
   }
 
   // one line for each flank, the picked one thick; through the middle of the width the nodes themselves
@@ -68,7 +71,7 @@ browserTest("all teeth stand beside each other, and the figures are the interfac
   await page.getByRole("heading", { name: "Tooth 2, left" }).waitFor();
   assert.equal(new URL(page.url()).searchParams.get("tooth"), "2-left");
   await page.reload();
-  await stands();
+  await loaded();
   const least = Math.min(...of.deviation_um.filter((/** @type {unknown} */ z) => z !== null));
   agrees((await page.locator("[data-extreme=least]").textContent())?.split(" · ")[2], least);
 
@@ -76,7 +79,7 @@ browserTest("all teeth stand beside each other, and the figures are the interfac
   const again = { ...sent, grid: { ...sent.grid, tooth: 2, flank: "left" } };
   await call("POST", `${place}/deviations`, again);
   await page.reload();
-  await stands();
+  await loaded();
   assert.equal(await rows.count(), 3);
   agrees(
     await rows.nth(1).locator("td .cell").nth(1).textContent(),
@@ -99,10 +102,10 @@ browserTest(
     assert.equal(await page.locator(".tooth-map").count(), keys.size);
     const cells = page.getByRole("table", { name: "All teeth" }).locator("tbody td:nth-child(2) .cell");
     const counts = (await cells.allTextContents()).map(Number);
-    const told = result.deviation_um.filter((/** @type {unknown} */ z) => z !== null).length;
+    const expected = result.deviation_um.filter((/** @type {unknown} */ z) => z !== null).length;
     assert.equal(
       counts.reduce((sum, one) => sum + one, 0),
-      told,
+      expected,
     );
   },
 );

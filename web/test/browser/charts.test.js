@@ -21,10 +21,10 @@ browserTest("the curves, the plateau and the standing fit stand where they are",
   const [{ spec }] = fits;
   const regularization = { ...spec.regularization, lambda_star: { criterion: "min_condition" } };
   const flat = await call("POST", at, { ...spec, regularization, include: ["lambda_curve"] });
-  const standing = fits[0].result.regularization.lambda_star;
+  const chosen = fits[0].result.regularization.lambda_star;
   await open(`/jobs/${id}/iterations/1/lambda?fit=${flat.id}`);
-  const { lambda_curve: curve, regularization: told } = flat.result;
-  assert.equal(told.lambda_star_interval.length, 2);
+  const { lambda_curve: curve, regularization: result } = flat.result;
+  assert.equal(result.lambda_star_interval.length, 2);
   for (const [of, name, kind] of /** @type {const} */ ([
     ["predicted_mse", "Predicted MSE", "log"],
     ["condition", "Condition", "log"],
@@ -44,12 +44,12 @@ browserTest("the curves, the plateau and the standing fit stand where they are",
       near(line[first + i]?.x, x(point.lambda_star), `${name}, point ${i}`);
       near(line[first + i]?.y, y(point[of]), `${name}, point ${i}`);
     }
-    for (const [i, end] of told.lambda_star_interval.entries()) near(drawn.span?.[i], x(end), `${name}, plateau`);
+    for (const [i, end] of result.lambda_star_interval.entries()) near(drawn.span?.[i], x(end), `${name}, plateau`);
     const [mark, ...more] = drawn.dots["vermilion"] ?? [];
     assert.equal(more.length, 0, name);
-    near(mark?.x, x(standing), `${name}, the standing fit`);
-    near(mark?.y, heightAt(line, x(standing)), `${name}, the standing fit`);
-    const choices = told.choices.flatMap((/** @type {any} */ { lambda_star: value }) =>
+    near(mark?.x, x(chosen), `${name}, the standing fit`);
+    near(mark?.y, heightAt(line, x(chosen)), `${name}, the standing fit`);
+    const choices = result.choices.flatMap((/** @type {any} */ { lambda_star: value }) =>
       value === undefined ? [] : [x(value)],
     );
     for (const value of choices)

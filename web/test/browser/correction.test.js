@@ -21,7 +21,7 @@ function agrees(text, value) {
 }
 
 browserTest("a correction is asked for, entered, and compared with what was measured after it", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine" });
@@ -36,10 +36,10 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   await page.getByLabel("Uncertainty of the response").fill("0.02");
   await page.getByRole("button", { name: "Compute the correction" }).click();
   await page.getByRole("heading", { name: "Changes of the machine settings" }).waitFor();
-  await stands();
+  await loaded();
   const kept = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
-  const asked = await request();
-  assert.deepEqual(kept.request.limits, asked.limits);
+  const body = await request();
+  assert.deepEqual(kept.request.limits, body.limits);
   const rows = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody tr");
   assert.equal(await rows.count(), kept.result.settings.length);
   for (const [i, setting] of kept.result.settings.entries()) {
@@ -55,21 +55,21 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   await iteration(id, "flank_z52_remachined.json");
   await page.reload();
   await page.getByText("otherwise than predicted").waitFor();
-  await stands();
+  await loaded();
   const { answer, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
   const figures = page.getByRole("table", { name: "Figures before, predicted and measured" }).locator("tbody tr");
   for (const [i, key] of ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"].entries()) {
-    const told = answer.figure_changes[`${key}_um`];
+    const expected = answer.figure_changes[`${key}_um`];
     const cells = figures.nth(i).locator("td .cell");
-    agrees(await cells.nth(0).textContent(), told.before.value_um);
+    agrees(await cells.nth(0).textContent(), expected.before.value_um);
     agrees(await cells.nth(1).textContent(), result.figures.left[`${key}_um`].target);
-    agrees(await cells.nth(2).textContent(), told.predicted_um);
+    agrees(await cells.nth(2).textContent(), expected.predicted_um);
     const places = (/** @type {string | null} */ text) => /\d+(?:\.(\d+))?/.exec(text ?? "")?.[1]?.length ?? 0;
     const [before, predicted] = [await cells.nth(0).textContent(), await cells.nth(2).textContent()];
     assert.equal(places(predicted), places(before), `${predicted} beside ${before}`);
-    agrees(await cells.nth(3).textContent(), told.measured.value_um);
-    agrees(await cells.nth(4).textContent(), told.change.value_um);
-    agrees(await cells.nth(5).textContent(), told.difference.value_um);
+    agrees(await cells.nth(3).textContent(), expected.measured.value_um);
+    agrees(await cells.nth(4).textContent(), expected.change.value_um);
+    agrees(await cells.nth(5).textContent(), expected.difference.value_um);
   }
   const rms = figures.nth(5).locator("td .cell");
   agrees(await rms.nth(0).textContent(), answer.rms_before_um);
@@ -86,7 +86,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
 });
 
 browserTest("a refusal stands at its field, and nothing typed is lost", { statuses: [422] }, async (world) => {
-  const { page, open, stands, job, iteration } = world;
+  const { page, open, loaded, job, iteration } = world;
   const { id } = await job();
   await iteration(id);
   await open(pathOf(id));
@@ -102,18 +102,18 @@ browserTest("a refusal stands at its field, and nothing typed is lost", { status
   await crowning.locator(".fault").waitFor();
   assert.equal(await crowning.getByLabel("Least").getAttribute("aria-invalid"), "true");
   await page.reload();
-  await stands();
+  await loaded();
   assert.equal(await crowning.getByLabel("Least").inputValue(), "5");
   assert.equal(await page.getByLabel("Wanted deviations").inputValue(), "1 2");
 });
 
 browserTest("a setting at its limit says so, and effects by a matrix have the caller's names", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
-  const asked = await request();
-  asked.limits.profile_angle = { min: -2, max: 2 };
-  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, asked);
+  const body = await request();
+  body.limits.profile_angle = { min: -2, max: 2 };
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, body);
   await open(pathOf(id));
   await page.getByText("at its limit").waitFor();
   await page.getByText("Another correction").click();
@@ -125,13 +125,13 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
   await page.getByLabel("Sensitivity").fill(["a [µm];b [µm];<i>c</i> [µm]", ...lines].join("\n"));
   await page.getByRole("button", { name: "Compute the correction" }).click();
   await page.locator("dd", { hasText: "Sensitivity matrix" }).waitFor();
-  await stands();
+  await loaded();
   await page.getByText("The effects of b and <i>c</i> nearly cancel").waitFor();
   const names = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody th .cell");
   assert.deepEqual(await names.allTextContents(), [
     "a ",
-    "b cannot be told apart from <i>c</i>",
-    "<i>c</i> cannot be told apart from b",
+    "b cannot be distinguished from <i>c</i>",
+    "<i>c</i> cannot be distinguished from b",
   ]);
 });
 
@@ -139,7 +139,7 @@ browserTest(
   "what is within its limits is left, and the control gets nothing that would be outside",
   {},
   async (world) => {
-    const { page, open, stands, job, iteration, call } = world;
+    const { page, open, loaded, job, iteration, call } = world;
     const requirements = { tolerance_limits: { class: 6, profile_crowning_um: [2, 6], helix_crowning_um: [3, 9] } };
     const { id } = await job({ requirements });
     await iteration(id);
@@ -147,22 +147,22 @@ browserTest(
     await page.getByLabel("What the settings do").selectOption("form_grinding");
     await page.getByRole("button", { name: "Compute the correction" }).click();
     await page.getByText("the middle of the limits").first().waitFor();
-    await stands();
-    const { request: asked, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
-    assert.equal(asked.target, undefined, "the job's own, and no zeros");
+    await loaded();
+    const { request: kept, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+    assert.equal(kept.target, undefined, "the job's own, and no zeros");
     const changes = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody tr");
     for (const [i, setting] of result.settings.entries())
       if (setting.left) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "leave");
     assert.ok(result.settings.some((/** @type {any} */ setting) => setting.left));
     const figures = page.getByRole("table", { name: "Figures before and predicted" }).locator("tbody tr");
-    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
     const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning"];
     for (const [i, name] of names.entries()) {
-      const told = result.figures.left[`${name}_um`];
+      const expected = result.figures.left[`${name}_um`];
       const predicted = await figures.nth(i).locator("td .cell").nth(2).textContent();
-      agrees(predicted, told.predicted);
+      agrees(predicted, expected.predicted);
       assert.ok(
-        predicted?.includes(words[/** @type {"conforms"} */ (told.conformity_predicted.verdict)]),
+        predicted?.includes(words[/** @type {"conforms"} */ (expected.conformity_predicted.verdict)]),
         predicted ?? "",
       );
     }
@@ -185,7 +185,7 @@ browserTest(
 );
 
 browserTest("what was entered is kept, and the next measurement is compared with it", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
@@ -204,7 +204,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
   await entered.getByRole("button", { name: "Save what was entered" }).click();
   const rows = entered.getByRole("table", { name: "Entered" }).locator("tbody tr");
   await rows.first().waitFor();
-  await stands();
+  await loaded();
   const { applied, answer } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
   assert.equal(applied.note, "within its limits");
   for (const [i, setting] of applied.settings.entries()) {
@@ -218,7 +218,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
     no_response: "no response",
     stronger: "stronger",
     different: "otherwise than predicted",
-    undecided: "cannot be told",
+    undecided: "undecided",
   };
   await page
     .getByText(`${words[/** @type {"weaker"} */ (answer.verdict)]}`, { exact: false })
@@ -231,7 +231,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
 });
 
 browserTest("a value before shows the one after, and the next correction goes on from it", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
@@ -245,7 +245,7 @@ browserTest("a value before shows the one after, and the next correction goes on
   const helix = entered.getByRole("group", { name: "Helix angle" });
   assert.equal(await helix.getByLabel("Value after").textContent(), "–");
   await page.reload();
-  await stands();
+  await loaded();
   assert.equal(await before.inputValue(), "2,03");
   await entered.getByRole("button", { name: "Save what was entered" }).click();
   await entered.getByRole("table", { name: "Entered" }).waitFor();
@@ -281,14 +281,14 @@ browserTest("a value before shows the one after, and the next correction goes on
 });
 
 browserTest("a change that means little is not bold, and each reason is said once", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, { ...(await request()), settings_used: "all" });
   await open(pathOf(id));
   const changes = page.getByRole("table", { name: "Changes of the machine settings" });
   await changes.waitFor();
-  await stands();
+  await loaded();
   const { result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
   const rows = changes.locator("tbody tr");
   let [unsure, sure] = [0, 0];
@@ -311,7 +311,7 @@ browserTest("a change that means little is not bold, and each reason is said onc
 });
 
 browserTest("a flank that the measurement does not name is said above the changes", {}, async (world) => {
-  const { page, open, stands, job, call } = world;
+  const { page, open, loaded, job, call } = world;
   const { flank: _, ...nodes } = JSON.parse(await example("flank_z52.json"));
   const { id } = await job();
   await call("POST", `/v1/jobs/${id}/iterations`, nodes);
@@ -321,13 +321,13 @@ browserTest("a flank that the measurement does not name is said above the change
   const panel = page.getByRole("region", { name: "Changes of the machine settings", exact: true });
   const banner = panel.getByText("the right one was chosen for this correction");
   await banner.waitFor();
-  await stands();
+  await loaded();
   const above = (await banner.boundingBox())?.y ?? 0;
   assert.ok(above < ((await panel.getByRole("table").boundingBox())?.y ?? 0));
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { flank: "right" });
   await page.reload();
   await panel.waitFor();
-  await stands();
+  await loaded();
   assert.equal(await banner.count(), 0, "now the measurement names it");
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { flank: "left" });
   await page.reload();
@@ -341,7 +341,7 @@ browserTest("a flank that the measurement does not name is said above the change
   });
   await open(pathOf(named));
   await panel.waitFor();
-  await stands();
+  await loaded();
   assert.equal(await panel.locator(".note.warn").count(), 0);
   await call("PATCH", `/v1/jobs/${named}/iterations/1`, { flank: "right" });
   await page.reload();
@@ -349,7 +349,7 @@ browserTest("a flank that the measurement does not name is said above the change
 });
 
 browserTest("the other flank is predicted once it was measured", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
   const { id } = await job({ requirements });
   await iteration(id);
@@ -363,20 +363,20 @@ browserTest("the other flank is predicted once it was measured", {}, async (worl
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
   await page.reload();
   await other.getByText("Predicted from iteration 2").waitFor();
-  await stands();
+  await loaded();
   const { figures } = (await call("GET", `/v1/jobs/${id}/iterations/1/correction`)).result.other_flank;
   const rows = other.getByRole("table", { name: "Figures before and predicted, The right flank" }).locator("tbody tr");
   const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
   assert.equal(await rows.count(), names.length);
   const signs = { conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" };
   for (const [i, name] of names.entries()) {
-    const told = figures[`${name}_um`];
+    const expected = figures[`${name}_um`];
     const cells = rows.nth(i).locator("td .cell");
-    agrees(await cells.nth(0).textContent(), told.before);
+    agrees(await cells.nth(0).textContent(), expected.before);
     const predicted = await cells.nth(2).textContent();
-    agrees(predicted, told.predicted);
+    agrees(predicted, expected.predicted);
     assert.ok(
-      predicted?.includes(signs[/** @type {"conforms"} */ (told.conformity_predicted.verdict)]),
+      predicted?.includes(signs[/** @type {"conforms"} */ (expected.conformity_predicted.verdict)]),
       `${name}: ${predicted}`,
     );
   }

@@ -13,7 +13,7 @@ const MOST_ROWS = 200;
 browserTest("a first view takes few requests and bytes", {}, async ({ server, job }) => {
   await job();
   // a context of its own, so that nothing is cached
-  await inBrowser(server, {}, async ({ page, stands }) => {
+  await inBrowser(server, {}, async ({ page, loaded }) => {
     const network = await page.context().newCDPSession(page);
     await network.send("Network.enable");
     let bytes = 0;
@@ -24,7 +24,7 @@ browserTest("a first view takes few requests and bytes", {}, async ({ server, jo
     });
     await page.goto(`${server.url}/jobs`);
     await page.locator('main[aria-busy="false"] tbody tr').first().waitFor();
-    await stands();
+    await loaded();
     const counted = `${bytes} bytes, ${requests} requests`;
     assert.ok(bytes > 20_000 && bytes <= MOST_BYTES && requests <= MOST_REQUESTS, counted);
   });
@@ -88,7 +88,7 @@ browserTest("a turn of 10,000 nodes uploads nothing to the graphics card", {}, a
 });
 
 browserTest("a list of 1,100 jobs is searched, filtered and paged", { alone: true }, async (world) => {
-  const { page, open, stands, iteration, call } = world;
+  const { page, open, loaded, iteration, call } = world;
   for (let i = 0; i < 1100; i += 1) {
     const name = `Gear ${String(i).padStart(5, "0")}`;
     await call("POST", "/v1/jobs", { name, serial_number: `S${i}`, machine: `grinder ${i % 10}` });
@@ -124,7 +124,7 @@ browserTest("a list of 1,100 jobs is searched, filtered and paged", { alone: tru
   await page.getByText("1–50 of 110").waitFor();
   await page.getByRole("link", { name: "Gear 00007" }).waitFor();
   await page.reload();
-  await stands();
+  await loaded();
   assert.equal(await page.locator("tbody th a").first().textContent(), "Gear 00007");
   // jobs of another status are not counted while a filter matches more than a page
   await counts.getByRole("link", { name: "open", exact: true }).click();

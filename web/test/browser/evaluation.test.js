@@ -9,7 +9,7 @@ const posted = async () => JSON.parse(await example("requests/gear_evaluate.json
 const pathOf = (id) => `/jobs/${id}/iterations/1/evaluation`;
 
 browserTest("the figures of a sheet are the interface's, and a class brings band and tolerances", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await open(pathOf(id));
@@ -17,7 +17,7 @@ browserTest("the figures of a sheet are the interface's, and a class brings band
   const record = await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await posted());
   await page.reload();
   await page.getByRole("heading", { name: "Profiles" }).waitFor();
-  await stands();
+  await loaded();
   assert.equal(await page.locator(".k-chart").count(), 3);
   assert.equal(await page.locator(".k-band").count(), 0, "no band without a class");
   for (const { kind, name } of [
@@ -52,7 +52,7 @@ browserTest("the figures of a sheet are the interface's, and a class brings band
 });
 
 browserTest("other ranges and a class to conform to make another evaluation", { statuses: [422] }, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await posted());
@@ -69,20 +69,20 @@ browserTest("other ranges and a class to conform to make another evaluation", { 
     .locator(".badge", { hasText: /conforms|conform|told/ })
     .first()
     .waitFor();
-  await stands();
+  await loaded();
   const { items } = await call("GET", `/v1/jobs/${id}/iterations/1/records`);
   assert.equal(items.length, 2);
   const last = await call("GET", `/v1/jobs/${id}/iterations/1/records/${items[1].id}`);
   assert.deepEqual(last.request.evaluation.helix_range_mm, [1.5, 14.25]);
   const outcome = last.result.traces[0].slope_conformity.verdict;
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
   const cell = page.getByRole("table", { name: "Profiles" }).locator("tbody tr").first().locator(".badge");
   assert.equal((await cell.textContent())?.trim(), words[/** @type {"conforms"} */ (outcome)]);
   assert.equal(new URL(page.url()).searchParams.get("record"), items[1].id);
 });
 
 browserTest("traces are read against the job’s design", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const requirements = { design: { profile_crowning_um: 4, helix_crowning_um: 5 }, tolerance_limits: { class: 7 } };
   const { id } = await job({ requirements });
   await iteration(id);
@@ -93,7 +93,7 @@ browserTest("traces are read against the job’s design", {}, async (world) => {
   await page.getByLabel("Deviations from").selectOption("design");
   await page.getByRole("button", { name: "Evaluate", exact: true }).click();
   await page.locator("dd", { hasText: "the design" }).waitFor();
-  await stands();
+  await loaded();
   const { items } = await call("GET", `/v1/jobs/${id}/iterations/1/records`);
   const [first, last] = await Promise.all(
     items.map((/** @type {{ id: string }} */ one) => call("GET", `/v1/jobs/${id}/iterations/1/records/${one.id}`)),
@@ -128,7 +128,7 @@ browserTest(
 );
 
 browserTest("traces are held against the limits and bands that the job asks for", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
   // from end to end of the example's traces, one with room for them and one that is too narrow
   const band = (/** @type {number} */ wide) => ({
@@ -145,7 +145,7 @@ browserTest("traces are held against the limits and bands that the job asks for"
   const traces = result.traces.filter((/** @type {any} */ one) => one.kind === "profile");
   const rows = page.getByRole("table", { name: "Profiles" }).locator("tbody tr");
   const within = (/** @type {boolean} */ is) => (is ? "within the limits" : "outside the limits");
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
   for (const [i, trace] of traces.entries()) {
     const cells = await rows.nth(i).locator("td .cell").allTextContents();
     agrees(cells[1], trace.slope_um, trace.slope_std_error_um, ...trace.slope_interval_um);
@@ -201,7 +201,7 @@ browserTest("traces are held against the limits and bands that the job asks for"
   await chart.locator(".k-band:not(.required)").waitFor();
   await page.getByLabel("Class of the K-band").selectOption({ label: "as required" });
   await chart.locator(".k-band.required").first().waitFor();
-  await stands();
+  await loaded();
 });
 
 browserTest("pitches and run-out are held against their limits, one by one", {}, async (world) => {
@@ -222,7 +222,7 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
   assert.deepEqual([left.single_pitch_within, left.cumulative_pitch_within, runout.within], [false, true, true]);
   await open(pathOf(id));
   const rows = page.getByRole("table", { name: "Pitch and run-out" }).locator("tbody tr");
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
   for (const [at, within, limits, conformity] of /** @type {const} */ ([
     [0, left.single_pitch_within, left.single_pitch_limits_um, left.single_pitch_conformity],
     [1, left.cumulative_pitch_within, left.cumulative_pitch_limits_um, left.cumulative_pitch_conformity],

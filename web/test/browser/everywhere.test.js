@@ -6,7 +6,7 @@ import { browserTest } from "./harness.js";
 browserTest(
   "German has its words and its comma",
   { settings: { language: "de" } },
-  async ({ page, open, stands, job, iteration, call }) => {
+  async ({ page, open, loaded, job, iteration, call }) => {
     const { id } = await job();
     await iteration(id);
     await open(`/jobs/${id}`);
@@ -20,7 +20,7 @@ browserTest(
     await page.getByRole("heading", { name: "Settings" }).waitFor();
     await page.getByLabel("Theme").selectOption("dark");
     await page.reload();
-    await stands();
+    await loaded();
     await page.getByRole("heading", { name: "Settings" }).waitFor();
     assert.equal(await page.locator("html").getAttribute("data-theme"), "dark");
   },

@@ -20,8 +20,8 @@ browserTest("a suspected node is named, marked, left out and taken back in", {},
   await page.locator('.map-mark.excluded[data-node="67"]').waitFor();
   await page.getByRole("region", { name: "Left out", exact: true }).getByText("Node row 5, column 8").waitFor();
   const { fits } = await call("GET", at);
-  const standing = fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
-  const fit = await call("GET", `${at}/fits/${standing.id}`);
+  const chosen = fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
+  const fit = await call("GET", `${at}/fits/${chosen.id}`);
   assert.deepEqual(fit.spec.exclude, [{ row: 4, column: 7 }]);
   assert.equal(fit.reason, "Left out: Node row 5, column 8");
   assert.equal(await page.locator(".map-mark.suspected").count(), 0);

@@ -22,7 +22,7 @@ const SPUR = {
 /** @param {string} name @param {string} text */
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
 
-browserTest("curves of a tester become an iteration with its charts", {}, async ({ page, open, stands, job, call }) => {
+browserTest("curves of a tester become an iteration with its charts", {}, async ({ page, open, loaded, job, call }) => {
   const { id } = await job({ gear: SPUR });
   await open(`/jobs/${id}/measure`);
   await page.setInputFiles(picker, file("1.mka", curvesFile()));
@@ -31,12 +31,12 @@ browserTest("curves of a tester become an iteration with its charts", {}, async 
   await page.locator(".queue-entry .gears", { hasText: "z 52" }).waitFor();
   // and its traces: of each as many samples as the file has
   const traces = page.locator(".queue-entry").getByRole("table", { name: "6 traces of 1 flank" });
-  const told = await traces
+  const listed = await traces
     .locator("tbody tr")
     .evaluateAll((rows) =>
       rows.map((row) => [...row.querySelectorAll(".cell")].map((cell) => cell.textContent?.replaceAll("\u202f", " "))),
     );
-  assert.deepEqual(told, [
+  assert.deepEqual(listed, [
     ["1f", "left", "helix", "Roll length 7.303 mm", "60", "0"],
     ["1", "left", "helix", "Roll length 8.742 mm", "60", "0"],
     ["1k", "left", "helix", "Roll length 10.263 mm", "60", "0"],
@@ -46,10 +46,10 @@ browserTest("curves of a tester become an iteration with its charts", {}, async 
   ]);
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  await stands();
+  await loaded();
   await page.getByRole("link", { name: "Evaluation" }).click();
   await page.waitForURL("**/evaluation");
-  await stands();
+  await loaded();
   const { items } = await call("GET", `/v1/jobs/${id}/iterations/1/records`);
   const record = await call("GET", `/v1/jobs/${id}/iterations/1/records/${items[0].id}`);
   const profiles = record.result.traces.filter((/** @type {any} */ trace) => trace.kind === "profile");
@@ -65,7 +65,7 @@ browserTest("curves of a tester become an iteration with its charts", {}, async 
 });
 
 browserTest("of a REXS model the gear is named, and its topography is a map", { statuses: [422] }, async (world) => {
-  const { page, open, stands, job, call } = world;
+  const { page, open, loaded, job, call } = world;
   const { id } = await job({ gear: SPUR });
   await open(`/jobs/${id}/measure`);
   await page.setInputFiles(picker, file("m.rexs", rexsModel()));
@@ -78,13 +78,13 @@ browserTest("of a REXS model the gear is named, and its topography is a map", { 
   await component.fill("7");
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  await stands();
+  await loaded();
   await page.locator('[data-extreme="greatest"]', { hasText: "26.0 µm" }).waitFor();
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
 browserTest("points in space become a map of what stands out of the flank", {}, async (world) => {
-  const { page, open, stands, job, call, server } = world;
+  const { page, open, loaded, job, call, server } = world;
   const { id } = await job({ gear: SPUR });
   const flank = {
     gear: SPUR,
@@ -93,9 +93,13 @@ browserTest("points in space become a map of what stands out of the flank", {}, 
     face_width_positions_mm: [2, 6, 10, 14],
   };
   const headers = { "content-type": "application/json", accept: "text/csv" };
-  const asked = await fetch(`${server.url}/v1/gears/flank`, { method: "POST", headers, body: JSON.stringify(flank) });
-  assert.equal(asked.status, 200);
-  const [head, ...lines] = (await asked.text()).trim().split(/\r?\n/);
+  const response = await fetch(`${server.url}/v1/gears/flank`, {
+    method: "POST",
+    headers,
+    body: JSON.stringify(flank),
+  });
+  assert.equal(response.status, 200);
+  const [head, ...lines] = (await response.text()).trim().split(/\r?\n/);
   assert.equal(head, "id,x,y,z,i,j,k");
   // 5 µm along the normals, and 8 µm at one node
   const moved = lines.map((line, k) => {
@@ -109,7 +113,7 @@ browserTest("points in space become a map of what stands out of the flank", {}, 
   await page.locator(".queue-entry", { hasText: "points in space" }).waitFor();
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  await stands();
+  await loaded();
   await page.locator('[data-extreme="greatest"]', { hasText: "8.0 µm" }).waitFor();
   await page.locator('[data-extreme="least"]', { hasText: "5.0 µm" }).waitFor();
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
@@ -123,12 +127,12 @@ browserTest("a file of values shows its gear, and is no measurement", {}, async 
   await entry.getByText("printed values only").waitFor();
   await entry.locator(".gears", { hasText: "z 52" }).waitFor();
   const values = entry.getByRole("table", { name: "2 printed values" });
-  const told = await values
+  const listed = await values
     .locator("tbody tr")
     .evaluateAll((rows) =>
       rows.map((row) => [...row.querySelectorAll(".cell")].map((cell) => cell.textContent?.replaceAll("\u202f", " "))),
     );
-  assert.deepEqual(told, [
+  assert.deepEqual(listed, [
     ["fHb links 1", "fHβ", "left", "Tooth 1", "−2.9 µm"],
     ["Fr", "Fr", "–", "the gear", "30.1 µm"],
   ]);
@@ -137,7 +141,7 @@ browserTest("a file of values shows its gear, and is no measurement", {}, async 
 });
 
 browserTest(
-  "what is larger than the server takes is told before it is sent",
+  "what is larger than the server takes is refused before it is sent",
   { serve: ["--body-limit=65536"] },
   async ({ page, open, job, call }) => {
     const { id } = await job();
@@ -182,7 +186,7 @@ browserTest("a file that was written anew since it was read is not sent", {}, as
 });
 
 browserTest("the same file twice by one key is one iteration, over a reload too", { offline: true }, async (world) => {
-  const { page, open, stands, job, call } = world;
+  const { page, open, loaded, job, call } = world;
   const { id } = await job();
   await open(`/jobs/${id}/measure`);
   const flank = file("flank.json", await example("flank_z52.json"));
@@ -202,7 +206,7 @@ browserTest("the same file twice by one key is one iteration, over a reload too"
   await page.locator(".queue-entry").getByText("The server does not answer").waitFor();
   reloaded = true;
   await page.reload();
-  await stands();
+  await loaded();
   await page.setInputFiles(picker, flank);
   await page.locator(".queue-entry canvas").waitFor();
   await page.getByRole("button", { name: "Store as iteration" }).click();

@@ -40,14 +40,14 @@ const fact = async (page, name) =>
       .textContent()
   )?.trim();
 
-browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page, open, stands, job, call }) => {
+browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page, open, loaded, job, call }) => {
   const { id } = await job();
   await open("/fit");
   await page.getByText("Drop a file with nodes").waitFor();
   const text = await example("flank_z52.json");
   await drop(page, "flank_z52.json", text, "application/json");
   await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
-  await stands();
+  await loaded();
   const request = JSON.parse(text);
   for (const name of ["measured_at", "instrument", "operator", "note"]) delete request[name];
   const result = await call("POST", "/v1/fits", { ...request, include: ["residuals", "fitted", "intervals"] });
@@ -75,7 +75,7 @@ browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page
 browserTest(
   "another model and criterion fit anew, and stand in the address",
   {},
-  async ({ page, open, stands, call }) => {
+  async ({ page, open, loaded, call }) => {
     await open("/fit");
     await page.getByLabel("Drop a file here").setInputFiles(flank);
     await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
@@ -84,7 +84,7 @@ browserTest(
     await page.waitForURL(/by=gcv.*degree=3|degree=3.*by=gcv/);
     await page.locator(".facts dd", { hasText: /^gcv$/ }).waitFor();
     await page.locator(".facts dd", { hasText: /^16$/ }).waitFor();
-    await stands();
+    await loaded();
     const { nodes, axes, regularization } = JSON.parse(await example("flank_z52.json"));
     const result = await call("POST", "/v1/fits", {
       nodes,
@@ -99,7 +99,7 @@ browserTest(
 browserTest(
   "pasted CSV: a missing height, and a cell that is no number",
   { statuses: [422] },
-  async ({ page, open, stands }) => {
+  async ({ page, open, loaded }) => {
     await open("/fit");
     await page.getByText("Paste nodes").click();
     const field = page.getByLabel("Nodes as JSON or as a table");
@@ -118,7 +118,7 @@ browserTest(
     await field.fill(lines.join("\n"));
     await send.click();
     await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
-    await stands();
+    await loaded();
     assert.deepEqual(
       [await fact(page, "Nodes"), await fact(page, "Missing"), await fact(page, "Counted")],
       ["25", "1", "24"],
@@ -135,11 +135,11 @@ browserTest(
 browserTest(
   "a refused file takes the result of the file before away",
   { statuses: [422] },
-  async ({ page, open, stands }) => {
+  async ({ page, open, loaded }) => {
     await open("/fit");
     await page.getByLabel("Drop a file here").setInputFiles(flank);
     await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
-    await stands();
+    await loaded();
     const refused = { name: "list.csv", mimeType: "text/csv", buffer: Buffer.from("part;price\nbolt;cheap\n") };
     await page.getByLabel("Drop a file here").setInputFiles(refused);
     await page.getByText("list.csv").waitFor();
@@ -149,18 +149,18 @@ browserTest(
     };
     await gone();
     await page.reload();
-    await stands();
+    await loaded();
     await gone();
   },
 );
 
-browserTest("saved as an iteration of a job of the list", {}, async ({ page, open, stands, job, call }) => {
+browserTest("saved as an iteration of a job of the list", {}, async ({ page, open, loaded, job, call }) => {
   const { id } = await job({ name: "first of two" });
   await job({ name: "second of two" });
   await open("/fit");
   await page.getByLabel("Drop a file here").setInputFiles(flank);
   await page.getByRole("heading", { name: "Save as iteration" }).waitFor();
-  await stands();
+  await loaded();
   await page.getByLabel("Job", { exact: true }).selectOption(id);
   await page.getByLabel("Instrument").fill("P40");
   const sent = page.waitForRequest((request) => request.method() === "POST" && request.url().includes(id));
@@ -173,7 +173,7 @@ browserTest("saved as an iteration of a job of the list", {}, async ({ page, ope
   assert.equal(path.basename(flank), "flank_z52.json");
 });
 
-browserTest("the chosen job stays when flank and model change", {}, async ({ page, open, stands, job }) => {
+browserTest("the chosen job stays when flank and model change", {}, async ({ page, open, loaded, job }) => {
   const { id } = await job({ name: "chosen and kept" });
   await job({ name: "changed last" });
   await open("/fit");
@@ -182,17 +182,17 @@ browserTest("the chosen job stays when flank and model change", {}, async ({ pag
   await chosen.selectOption(id);
   await page.getByLabel("Flank", { exact: true }).selectOption("right");
   await page.waitForURL(/flank=right/);
-  await stands();
+  await loaded();
   assert.equal(await chosen.inputValue(), id);
   await page.getByLabel("Find a job").fill("chosen and");
   await page.getByLabel("Polynomial").selectOption("3");
   await page.waitForURL(/degree=3/);
-  await stands();
+  await loaded();
   assert.equal(await chosen.inputValue(), id);
   assert.equal(await page.getByLabel("Find a job").inputValue(), "chosen and");
 });
 
-browserTest("a fit whose figures are not computed says so", {}, async ({ page, open, stands }) => {
+browserTest("a fit whose figures are not computed says so", {}, async ({ page, open, loaded }) => {
   const text = await example("flank_z52.json");
   const buffer = Buffer.from(JSON.stringify({ ...JSON.parse(text), exclude: [{ row: 1, column: 1 }] }));
   await open("/fit");
@@ -203,11 +203,11 @@ browserTest("a fit whose figures are not computed says so", {}, async ({ page, o
   await measured.getByLabel("Normal module").fill("1");
   await measured.getByText("The page shows no slopes").waitFor();
   assert.equal(await measured.getByText("With the flank, the axes").count(), 0);
-  await stands();
+  await loaded();
 });
 
 browserTest("without a job a new one is made, and the nodes are still there", { alone: true }, async (world) => {
-  const { page, open, stands, call } = world;
+  const { page, open, loaded, call } = world;
   await open("/fit");
   await page.getByLabel("Drop a file here").setInputFiles(flank);
   const save = page.getByRole("region", { name: "Save as iteration" });
@@ -217,7 +217,7 @@ browserTest("without a job a new one is made, and the nodes are still there", { 
   await page.getByRole("button", { name: "Create the job" }).click();
   await page.waitForURL("**/fit");
   await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
-  await stands();
+  await loaded();
   await save.getByRole("button", { name: "Save", exact: true }).click();
   await page.getByText("Saved as iteration 1.").waitFor();
   const { items } = await call("GET", "/v1/jobs");
@@ -230,7 +230,7 @@ browserTest("without a job a new one is made, and the nodes are still there", { 
 browserTest(
   "flank, axes, unit and gear are chosen, and the figures of the flank are shown",
   {},
-  async ({ page, open, stands, job, call }) => {
+  async ({ page, open, loaded, job, call }) => {
     const gear = { teeth: 52, normal_module_mm: 1 };
     const { id } = await job({ name: "to hold the fit", gear });
     const { nodes } = JSON.parse(await example("flank_z52.json"));
@@ -254,7 +254,7 @@ browserTest(
     );
     const tiles = page.getByRole("list", { name: "Slopes, crownings, twist" });
     await tiles.waitFor();
-    await stands();
+    await loaded();
     const request = { gear, flank: "left", profile: nodes.u, z_mm: nodes.v, regularization: { type: "spectral" } };
     const figures = await call("POST", "/v1/gears/flank-surface", { ...request, deviation_um: nodes.z });
     const slope = figures.profile_slope_um;
@@ -289,7 +289,7 @@ browserTest(
     await tiles.waitFor();
     await page.getByRole("region", { name: "Measured quantity" }).getByLabel("Flank").selectOption("right");
     await page.waitForURL(/flank=right/);
-    await stands();
+    await loaded();
     const helix = (await tiles.getByRole("listitem").nth(1).textContent()) ?? "";
     assert.ok(helix.includes("−") !== figures.helix_slope_um.value < 0, helix);
   },

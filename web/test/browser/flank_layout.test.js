@@ -85,12 +85,12 @@ for (const language of ["en", "de"]) {
             .filter(({ box }) => box.top < top);
           const overlaps = controls.flatMap(({ name, box }, i) =>
             controls.slice(i + 1).flatMap((other) => {
-              const apart =
+              const separate =
                 box.right <= other.box.left + 1 ||
                 other.box.right <= box.left + 1 ||
                 box.bottom <= other.box.top + 1 ||
                 other.box.bottom <= box.top + 1;
-              return apart ? [] : [`${name} over ${other.name}`];
+              return separate ? [] : [`${name} over ${other.name}`];
             }),
           );
           return { top, overlaps };

@@ -13,7 +13,7 @@ const SIGNS = { conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" };
 const figuresOf = (side) => `Figures before and predicted, ${side} flank`;
 
 browserTest("settings for both flanks are computed from the mean over their teeth", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
   const { id } = await job({ requirements });
   await open(`/jobs/${id}`);
@@ -26,7 +26,7 @@ browserTest("settings for both flanks are computed from the mean over their teet
   await panel.getByRole("button", { name: "Compute the correction" }).click();
   const changes = panel.getByRole("table", { name: "Changes of the machine settings" });
   await changes.waitFor();
-  await stands();
+  await loaded();
   const { result, method } = await call("GET", `/v1/jobs/${id}/correction`);
   assert.equal(method, "generating_grinding");
   const fact = (/** @type {string} */ name) => panel.locator(`dt:text-is('${name}') + dd`).textContent();
@@ -49,16 +49,16 @@ browserTest("settings for both flanks are computed from the mean over their teet
     const figures = panel.getByRole("table", { name: figuresOf(side === "left" ? "Left" : "Right") });
     assert.equal(await figures.locator("tbody tr").count(), FIGURES.length, "RMS is of both flanks together");
     for (const [i, key] of FIGURES.entries()) {
-      const told = result.figures[side][`${key}_um`];
+      const expected = result.figures[side][`${key}_um`];
       const cells = figures.locator("tbody tr").nth(i).locator("td .cell");
       const [before, wanted, predicted] = [await cells.nth(0).textContent(), cells.nth(1), cells.nth(2)];
-      agrees(before, told.before);
-      agrees(await wanted.textContent(), told.target);
-      agrees(await predicted.textContent(), told.predicted);
+      agrees(before, expected.before);
+      agrees(await wanted.textContent(), expected.target);
+      agrees(await predicted.textContent(), expected.predicted);
       const sign = (/** @type {string | undefined} */ decision) =>
         decision ? SIGNS[/** @type {"conforms"} */ (decision)] : "";
-      assert.ok(before?.includes(sign(told.conformity_before.verdict)), `${key}: ${before}`);
-      assert.ok((await predicted.textContent())?.includes(sign(told.conformity_predicted.verdict)), key);
+      assert.ok(before?.includes(sign(expected.conformity_before.verdict)), `${key}: ${before}`);
+      assert.ok((await predicted.textContent())?.includes(sign(expected.conformity_predicted.verdict)), key);
     }
     // f_Hα is outside class 6, and the change brings it into its limits
     const slope = figures.locator("tbody tr").first().locator("td .cell");
@@ -68,7 +68,7 @@ browserTest("settings for both flanks are computed from the mean over their teet
 });
 
 browserTest("settings of one flank say which, and what was entered is compared", {}, async (world) => {
-  const { page, open, stands, iteration, call } = world;
+  const { page, open, loaded, iteration, call } = world;
   const id = await gearCorrected(world);
   await open(`/jobs/${id}`);
   const panel = page.getByRole("region", { name: "Correct the gear (all teeth)", exact: true });
@@ -100,7 +100,7 @@ browserTest("settings of one flank say which, and what was entered is compared",
   await panel.getByRole("button", { name: "Save what was entered" }).click();
   const entered = panel.getByRole("table", { name: "Entered" }).locator("tbody tr");
   await entered.first().waitFor();
-  await stands();
+  await loaded();
   const { applied } = await call("GET", `/v1/jobs/${id}/correction`);
   assert.equal(applied.note, "rounded at the control");
   for (const [i, setting] of applied.settings.entries()) {
@@ -111,7 +111,7 @@ browserTest("settings of one flank say which, and what was entered is compared",
   await iteration(id, "flank_z52_right_remachined.json");
   await page.reload();
   await panel.getByRole("heading", { name: "How the machine answered" }).waitFor();
-  await stands();
+  await loaded();
   const { answer } = await call("GET", `/v1/jobs/${id}/correction`);
   agrees(await panel.locator("dt:text-is('Response ratio') + dd .figure").textContent(), answer.response_ratio);
   for (const side of ["left", "right"]) {

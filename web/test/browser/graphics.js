@@ -29,22 +29,22 @@ export function graphics(page) {
       }),
     );
     for (const one of graphics) {
-      const told = `${one.tagName}.${one.getAttribute("class")}`;
+      const label = `${one.tagName}.${one.getAttribute("class")}`;
       const name = one.getAttribute("aria-label") ?? text(one.getAttribute("aria-labelledby"));
-      if (!name) faults.push(`${told} has no name`);
-      if (one instanceof SVGElement && one.getAttribute("role") !== "img") faults.push(`${told} ${name} has no role`);
+      if (!name) faults.push(`${label} has no name`);
+      if (one instanceof SVGElement && one.getAttribute("role") !== "img") faults.push(`${label} ${name} has no role`);
       // signs in tables: their values stand in the row, and in its file
       if (one.closest("td, th")) continue;
       // of a picture the sentence stands behind its name
       const said = text(one.getAttribute("aria-describedby")) || (name.split(". ")[1] ?? "");
-      if (!said) faults.push(`${told} ${name} says nothing`);
+      if (!said) faults.push(`${label} ${name} says nothing`);
       const holder = one.closest(holders);
       // the small map of a tooth is in the table of all of them, and large below
       const teeth = one.closest(".tooth-map") && holder?.closest(".all-teeth")?.querySelector("table");
       const button = [...(holder?.querySelectorAll("button") ?? [])].find(
         (of) => of.textContent?.trim() === "As table",
       );
-      if (!teeth && !button) faults.push(`${told} ${name} has no table`);
+      if (!teeth && !button) faults.push(`${label} ${name} has no table`);
     }
     return { faults, count: graphics.size };
   }, HOLDERS);

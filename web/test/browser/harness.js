@@ -200,8 +200,8 @@ function length(bytes) {
  * @typedef {object} World
  * @property {Page} page
  * @property {Server} server
- * @property {(path: string) => Promise<void>} open goes to a page and waits until it stands
- * @property {() => Promise<void>} stands waits until all of the page is there
+ * @property {(path: string) => Promise<void>} open goes to a page and waits until it is loaded
+ * @property {() => Promise<void>} loaded waits until all of the page is there
  * @property {() => Promise<void>} startAgain starts a server that was stopped, and waits until the page knows
  * @property {(method: string, path: string, body?: unknown, headers?: Record<string, string>) => Promise<any>} call the interface
  * @property {(change?: object) => Promise<any>} job makes one of examples/requests/job.json
@@ -229,7 +229,7 @@ export async function settled() {
  */
 export function counted(name, run, why) {
   if (why) leftOut.push(`${name} (${why})`);
-  const told = async () => {
+  const counting = async () => {
     try {
       await run();
     } catch (error) {
@@ -237,7 +237,7 @@ export function counted(name, run, why) {
       throw error;
     }
   };
-  begun.push(test(name, { skip: why ?? false }, told));
+  begun.push(test(name, { skip: why ?? false }, counting));
 }
 
 /**
@@ -254,7 +254,7 @@ export function browserTest(name, options, body) {
       await holdsTheseFiles(server.url);
       await inBrowser(server, options, body);
     } catch (error) {
-      throw tellingMore(error, "server", server.log().split("\n").slice(-15).join("\n"));
+      throw withMore(error, "server", server.log().split("\n").slice(-15).join("\n"));
     } finally {
       if (own) await ended(server);
     }
@@ -265,7 +265,7 @@ export function browserTest(name, options, body) {
  * The error, with what else is known in its message and in its stack, which is what is printed.
  * @param {unknown} error @param {string} of @param {string} text
  */
-export function tellingMore(error, of, text) {
+export function withMore(error, of, text) {
   if (!(error instanceof Error)) return error;
   const { message, stack } = error;
   error.message = `${message}\n--- ${of} ---\n${text}`;
@@ -324,7 +324,7 @@ export async function inBrowser(server, options, body) {
     const texts = page.locator(".notices, main").allTextContents().catch(String);
     const shown = await Promise.race([texts, pause(2000, "the page does not answer")]);
     const inShort = String(shown).replace(/\s+/g, " ").slice(0, 600);
-    throw tellingMore(error, "page", [page.url(), inShort, ...faults].join("\n"));
+    throw withMore(error, "page", [page.url(), inShort, ...faults].join("\n"));
   } finally {
     if (kept) {
       for (const one of context.pages()) await one.close();
@@ -384,7 +384,7 @@ export function painted(page) {
 
 /** @param {Page} page @param {Server} server @returns {World} */
 function world(page, server) {
-  const stands = async () => {
+  const loaded = async () => {
     const heading = page.locator('main[aria-busy="false"] h1').first();
     do {
       await heading.waitFor();
@@ -397,11 +397,11 @@ function world(page, server) {
   return {
     page,
     server,
-    stands,
+    loaded,
     call,
     open: async (place) => {
       await page.goto(server.url + place);
-      await stands();
+      await loaded();
     },
     job: async (change = {}) =>
       call("POST", "/v1/jobs", { ...JSON.parse(await example("requests/job.json")), ...change }),

@@ -33,14 +33,14 @@ browserTest("the map names the least and the greatest node", {}, async ({ page, 
 browserTest(
   "layers, crosshair and zoom stand in the address",
   {},
-  async ({ page, open, stands, job, iteration, call }) => {
+  async ({ page, open, loaded, job, iteration, call }) => {
     const { id } = await job();
     await iteration(id);
     await iteration(id, "flank_z52_remachined.json");
     await open(map(id, 2));
     await page.getByLabel("Layer").selectOption({ label: "Residual" });
     await page.waitForURL(/layer=residual/);
-    await stands();
+    await loaded();
     const made = await call("GET", `/v1/jobs/${id}/iterations/2`);
     const fit = made.fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
     const { result } = await call("GET", `/v1/jobs/${id}/iterations/2/fits/${fit.id}?include=residuals,fitted`);
@@ -65,20 +65,20 @@ browserTest(
     await page.getByRole("button", { name: "Zoom in" }).click();
     await page.waitForURL(/zoom=/);
     await page.reload();
-    await stands();
+    await loaded();
     assert.equal(await page.getByRole("slider", { name: /less iteration 1/ }).getAttribute("aria-valuetext"), said);
     await page.getByRole("button", { name: "Whole flank" }).click();
     await page.waitForURL((url) => !url.search.includes("zoom"));
   },
 );
 
-browserTest("a map from the design", {}, async ({ page, open, stands, job, iteration, call }) => {
+browserTest("a map from the design", {}, async ({ page, open, loaded, job, iteration, call }) => {
   const { id } = await job({ requirements: { design: { profile_crowning_um: 8, helix_crowning_um: 5 } } });
   await iteration(id);
   await open(map(id, 1));
   await page.getByLabel("Layer").selectOption({ label: "Measured, from the design" });
   await page.waitForURL(/layer=from_design/);
-  await stands();
+  await loaded();
   const [{ z }, { deviation_um: design }] = await Promise.all(
     ["nodes", "design"].map((what) => call("GET", `/v1/jobs/${id}/iterations/1/${what}`)),
   );
@@ -189,7 +189,7 @@ browserTest("in space the flank turns by keys, and is not one colour", {}, async
 browserTest(
   "a click in space reads out the node there, as in the map",
   {},
-  async ({ page, open, stands, job, iteration }) => {
+  async ({ page, open, loaded, job, iteration }) => {
     const { id } = await job();
     await iteration(id);
     await open(map(id, 1, "?space=1&camera=0,89,1"));
@@ -200,7 +200,7 @@ browserTest(
     // from above the middle of the picture is that of the flank
     await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
     await page.waitForURL(/at=/);
-    await stands();
+    await loaded();
     const at = new URL(page.url()).searchParams.get("at");
     const { nodes } = JSON.parse(await example("flank_z52.json"));
     const middle = (/** @type {number[]} */ all) => ((all[0] ?? 0) + (all.at(-1) ?? 0)) / 2;

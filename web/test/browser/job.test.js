@@ -174,9 +174,9 @@ browserTest(
     await server.stop();
     await page.getByRole("link", { name: "Settings" }).click();
     await page.getByText(/Not live since \d\d:\d\d:\d\d/).waitFor();
-    const asked = page.waitForRequest((request) => request.url().endsWith("/healthz"));
+    const request = page.waitForRequest((request) => request.url().endsWith("/healthz"));
     await page.getByRole("button", { name: "Ask now" }).click();
-    await asked;
+    await request;
     await page.getByRole("link", { name: "Jobs", exact: true }).click();
     await page.getByText("stays", { exact: true }).waitFor();
     await startAgain();
@@ -200,14 +200,14 @@ browserTest(
     await page.getByRole("button", { name: "Edit" }).click();
     await page.getByLabel("Machine").fill("mine");
     const seen = page.waitForResponse((response) => response.url().includes(`/v1/jobs/${id}/trace`));
-    let asked = 0;
+    let requests = 0;
     page.on("request", (request) => {
-      if (request.url().includes(`/v1/jobs/${id}/trace`)) asked += 1;
+      if (request.url().includes(`/v1/jobs/${id}/trace`)) requests += 1;
     });
     await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
     // what is asked for now is answered after the event has gone out
     await page.evaluate((place) => fetch(place).then((answer) => answer.text()), `/v1/jobs/${id}`);
-    assert.equal(asked, 0);
+    assert.equal(requests, 0);
     await page.keyboard.press("Escape");
     await seen;
     await page.getByText("Iteration 1 is accepted").waitFor();
@@ -259,7 +259,7 @@ browserTest(
   "where nothing is yet, a sentence says what will be and a primary action leads there",
   {},
   async (world) => {
-    const { page, open, stands, job, iteration, call } = world;
+    const { page, open, loaded, job, iteration, call } = world;
     const { id } = await job();
     const measure = `/jobs/${id}/measure`;
     const leads = async (/** @type {string} */ place, /** @type {string} */ text) => {
@@ -275,7 +275,7 @@ browserTest(
     await leads("/report", "The report will be here");
     await page.locator(".empty .button").click();
     await page.waitForURL(`**${measure}`);
-    await stands();
+    await loaded();
     await iteration(id);
     const evaluation = "/iterations/1/evaluation";
     await leads(evaluation, "Evaluated profiles, helices and pitches will be here");

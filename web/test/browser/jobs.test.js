@@ -84,7 +84,7 @@ browserTest(
   "a search follows what is typed, and says what to do where it finds nothing",
   { alone: true },
   async (world) => {
-    const { page, open, stands, job } = world;
+    const { page, open, loaded, job } = world;
     await job({ name: "Sun gear", part_number: "4711", tags: { cell: "B" } });
     await job({ name: "Planet gear" });
     await open("/jobs");
@@ -95,7 +95,7 @@ browserTest(
     assert.equal(await page.evaluate(() => document.activeElement?.getAttribute("type")), "search");
     await page.waitForURL("**/jobs?q=SUN");
     await page.reload();
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Search").inputValue(), "SUN");
     assert.equal(await page.locator("tbody tr").count(), 1);
     await page.getByLabel("Search").fill("no such thing");
@@ -103,7 +103,7 @@ browserTest(
     await page.getByRole("link", { name: "Show all jobs" }).click();
     await page.getByRole("link", { name: "Planet gear" }).waitFor();
     // the list is there before the field follows the address
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Search").inputValue(), "");
     await page.getByText("More filters").click();
     await page.getByLabel("Part number").fill("4711");
@@ -123,10 +123,10 @@ browserTest(
     await page.getByRole("link", { name: "Planet gear" }).waitFor();
     await page.getByLabel("Sort by").selectOption("name");
     await page.waitForURL(/sort=name/);
-    await stands();
+    await loaded();
     assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
     await page.getByRole("columnheader", { name: "Last change" }).getByRole("button").click();
-    await stands();
+    await loaded();
     assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
   },
 );
@@ -150,7 +150,7 @@ browserTest("a path that names nothing has a way back", { statuses: [404] }, asy
 });
 
 browserTest("the list is narrowed down to a class", { statuses: [422], alone: true }, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job({ name: "evaluated" });
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await example("requests/gear_evaluate.json"));
@@ -161,7 +161,7 @@ browserTest("the list is narrowed down to a class", { statuses: [422], alone: tr
     await page.getByLabel("Class", { exact: true }).fill(to);
     await page.getByRole("button", { name: "Apply" }).click();
     await page.waitForURL(`**/jobs?class=${to}`);
-    await stands();
+    await loaded();
   };
   await open("/jobs");
   await page.getByText("More filters").click();
@@ -179,7 +179,7 @@ browserTest("the list is narrowed down to a class", { statuses: [422], alone: tr
 browserTest(
   "a compact list has one line a job, and stays compact",
   { alone: true },
-  async ({ page, open, stands, job }) => {
+  async ({ page, open, loaded, job }) => {
     const long = "long name ".repeat(16).trim();
     await job({ name: long, tags: { cell: "B" } });
     await open("/jobs");
@@ -192,14 +192,14 @@ browserTest(
     assert.ok((await height()) <= 46, `${await height()} px`);
     assert.equal(await link.getAttribute("title"), long);
     await page.reload();
-    await stands();
+    await loaded();
     assert.ok((await height()) <= 46, `${await height()} px`);
   },
 );
 
 for (const density of ["comfortable", "compact"]) {
   browserTest(`columns are chosen and remembered, ${density}`, { alone: true }, async (world) => {
-    const { page, open, stands, job, iteration } = world;
+    const { page, open, loaded, job, iteration } = world;
     const { id } = await job();
     await iteration(id);
     await open("/jobs");
@@ -235,7 +235,7 @@ for (const density of ["comfortable", "compact"]) {
     await page.keyboard.press("Escape");
     await menu.getByLabel("RMS").waitFor({ state: "hidden" });
     await page.reload();
-    await stands();
+    await loaded();
     assert.deepEqual(await heads(), left, "after a reload");
     const waiting = page.waitForEvent("download");
     await page.getByRole("button", { name: "CSV" }).click();

@@ -1,7 +1,7 @@
 // The choice of λ*.
 
 import assert from "node:assert/strict";
-import { watchAsked } from "./asked.js";
+import { watchRequests } from "./requests.js";
 import { browserTest } from "./harness.js";
 import { unitOf } from "./numbers.js";
 import { formats } from "../../app/lib/format.js";
@@ -10,7 +10,7 @@ import { termSign } from "../../app/lib/terms.js";
 const f = formats("en");
 
 browserTest("gcv is shown, kept and let stand: in the trace and the interface", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
   await open(`/jobs/${id}/iterations/1/lambda`);
@@ -47,7 +47,7 @@ browserTest("gcv is shown, kept and let stand: in the trace and the interface", 
   }
   await page.getByRole("button", { name: "Show the refit by gcv" }).click();
   await page.getByText("not stored").waitFor();
-  await stands();
+  await loaded();
   await page.getByRole("button", { name: "Keep", exact: true }).click();
   await page.getByRole("dialog").getByLabel("Reason").fill("GCV agrees with the error budget");
   await page.getByRole("dialog").getByRole("button", { name: "Keep" }).click();
@@ -66,10 +66,10 @@ browserTest("gcv is shown, kept and let stand: in the trace and the interface", 
 });
 
 browserTest("the slider shows the interface's own values; quick moves end in the last", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
-  const asked = await watchAsked(page, "/preview");
+  const requests = await watchRequests(page, "/preview");
   await open(`/jobs/${id}/iterations/1/lambda`);
   const slider = page.getByRole("slider", { name: "λ* by hand" });
   await slider.focus();
@@ -79,8 +79,8 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   const from = Math.round((500 * Math.log(result.regularization.lambda_star / low)) / Math.log(high / low));
   const value = Number((low * (high / low) ** ((from + 20) / 500)).toPrecision(6));
   await page.waitForFunction((last) => Number(new URLSearchParams(location.search).get("lambda")) === last, value);
-  await stands();
-  assert.equal((await asked()).most, 1, "one request under way");
+  await loaded();
+  assert.equal((await requests()).most, 1, "one request under way");
   const own = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
     ...spec,
     include: [],
@@ -105,7 +105,7 @@ browserTest("the slider shows the interface's own values; quick moves end in the
     ]);
   }
   // the map is that of the refit: its least and greatest residual
-  const told = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
+  const expected = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
     ...spec,
     include: ["residuals", "fitted"],
     regularization: { ...spec.regularization, lambda_star: { criterion: "fixed", value } },
@@ -113,19 +113,19 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   const said = (/** @type {number[]} */ all) =>
     `Least ${f.um(Math.min(...all))}\u202fµm, greatest ${f.um(Math.max(...all))}\u202fµm.`;
   const map = page.locator(".lambda-map");
-  await map.getByText(said(told.residuals.values), { exact: true }).waitFor();
+  await map.getByText(said(expected.residuals.values), { exact: true }).waitFor();
   await map.getByLabel("Layer").selectOption("fitted");
-  await map.getByText(said(told.residuals.fitted), { exact: true }).waitFor();
+  await map.getByText(said(expected.residuals.fitted), { exact: true }).waitFor();
   // what is seen stands in the address
   await page.reload();
-  await stands();
+  await loaded();
   assert.equal(await facts.nth(1).textContent(), `${f.three(own.residuals.rms)} µm`);
   await page.getByLabel("Exact value").fill("1e-4");
   await page.getByRole("button", { name: "Show", exact: true }).first().click();
   await page.waitForFunction(() => new URLSearchParams(location.search).get("lambda") === "0.0001");
 });
 
-browserTest("ridge has its trace, truncation its ranks", {}, async ({ page, open, stands, job, iteration, call }) => {
+browserTest("ridge has its trace, truncation its ranks", {}, async ({ page, open, loaded, job, iteration, call }) => {
   const { id } = await job();
   const { fits } = await iteration(id);
   const { spec } = fits[0];
@@ -139,7 +139,7 @@ browserTest("ridge has its trace, truncation its ranks", {}, async ({ page, open
   assert.equal(await slider.inputValue(), "8");
   await slider.press("ArrowLeft");
   await page.waitForFunction(() => new URLSearchParams(location.search).get("lambda") === "7");
-  await stands();
+  await loaded();
   const own = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
     ...svd,
     regularization: { type: "truncated_svd", rank: 7 },
@@ -161,7 +161,7 @@ browserTest("where nobody has said a unit, it is the caller's", {}, async ({ pag
 });
 
 browserTest("of many nodes the map follows when the slider is let go", {}, async (world) => {
-  const { page, open, stands, job, call } = world;
+  const { page, open, loaded, job, call } = world;
   const { id } = await job();
   const u = Array.from({ length: 80 }, (_, i) => 1 + i / 10);
   const z = u.map((a) => u.map((b) => Number((a * b + Math.sin(9 * a + 7 * b)).toFixed(4))));
@@ -172,9 +172,9 @@ browserTest("of many nodes the map follows when the slider is let go", {}, async
   });
   await open(`/jobs/${id}/iterations/1/lambda`);
   /** @type {string[][]} */
-  const asked = [];
+  const requests = [];
   page.on("request", (request) => {
-    if (request.url().endsWith("/preview")) asked.push(request.postDataJSON().include);
+    if (request.url().endsWith("/preview")) requests.push(request.postDataJSON().include);
   });
   const slider = page.getByRole("slider", { name: "λ* by hand" });
   await page.getByText("the map follows when the slider is let go").waitFor();
@@ -186,18 +186,18 @@ browserTest("of many nodes the map follows when the slider is let go", {}, async
     }, kind);
   await send("input");
   await page.getByText("not stored").waitFor();
-  await stands();
-  assert.deepEqual(asked, [[]], "no residuals while it moves");
+  await loaded();
+  assert.deepEqual(requests, [[]], "no residuals while it moves");
   const answered = page.waitForResponse((answer) => answer.url().endsWith("/preview"));
   await send("change");
   await answered;
-  await stands();
-  assert.deepEqual(asked.at(-1), ["residuals"]);
+  await loaded();
+  assert.deepEqual(requests.at(-1), ["residuals"]);
   await page.locator('.lambda-map[data-refit="1"] [data-extremes]').waitFor();
 });
 
 browserTest("keeping a refit that takes long ends when it is cancelled", {}, async (world) => {
-  const { page, open, stands, job, call } = world;
+  const { page, open, loaded, job, call } = world;
   const { id } = await job();
   const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
   const z = u.map((a) => u.slice(0, 120).map((b) => Number((Math.sin(a) + Math.sin(50 * a * b)).toFixed(4))));
@@ -218,7 +218,7 @@ browserTest("keeping a refit that takes long ends when it is cancelled", {}, asy
     return route.continue({ postData: JSON.stringify(body) });
   });
   await open(`/jobs/${id}/iterations/1/lambda?lambda=1e-3`);
-  await stands();
+  await loaded();
   await page.getByRole("button", { name: "Keep", exact: true }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Reason").fill("to be stopped");
@@ -233,13 +233,13 @@ browserTest("keeping a refit that takes long ends when it is cancelled", {}, asy
 });
 
 browserTest("tables fit a tablet, of the fit and of a refit beside it", {}, async (world) => {
-  const { page, open, stands, job, iteration } = world;
+  const { page, open, loaded, job, iteration } = world;
   const { id } = await job();
   await iteration(id);
   await open("/settings");
   for (const language of ["en", "de"]) {
     await page.evaluate(
-      (told) => localStorage.setItem("flankfit.settings", JSON.stringify({ language: told })),
+      (expected) => localStorage.setItem("flankfit.settings", JSON.stringify({ language: expected })),
       language,
     );
     for (const query of ["", "?lambda=1e-4"]) {
@@ -247,7 +247,7 @@ browserTest("tables fit a tablet, of the fit and of a refit beside it", {}, asyn
       await open(`/jobs/${id}/iterations/1/lambda${query}`);
       for (const width of [768, 1024]) {
         await page.setViewportSize({ width, height: 1024 });
-        await stands();
+        await loaded();
         const wide = await page
           .locator(".table-scroll")
           .evaluateAll((all) =>

@@ -11,7 +11,7 @@ const flank = fileURLToPath(new URL("../../../examples/flank_z52.json", import.m
 
 /**
  * Sends what is lost each time, leaves, and lets a minute pass.
- * @param {Page} page @param {{ lost: string, send: () => Promise<void>, leave: () => Promise<void>, shown: string }} told
+ * @param {Page} page @param {{ lost: string, send: () => Promise<void>, leave: () => Promise<void>, shown: string }} parts
  *   `lost`: where it is sent to; `shown`: the path of the page that is shown in the end
  */
 async function leaves(page, { lost, send, leave, shown }) {
@@ -66,12 +66,12 @@ browserTest("an evaluation", { offline: true }, async ({ page, open, job, iterat
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1/records`)).items.length, 1);
 });
 
-browserTest("nodes of a fit that are saved", { offline: true }, async ({ page, open, stands, job, call }) => {
+browserTest("nodes of a fit that are saved", { offline: true }, async ({ page, open, loaded, job, call }) => {
   const { id } = await job();
   await open("/fit");
   await page.getByLabel("Drop a file here").setInputFiles(flank);
   await page.getByRole("heading", { name: "Save as iteration" }).waitFor();
-  await stands();
+  await loaded();
   await page.getByLabel("Job", { exact: true }).selectOption(id);
   await leaves(page, {
     lost: "**/iterations",
@@ -83,12 +83,12 @@ browserTest("nodes of a fit that are saved", { offline: true }, async ({ page, o
 });
 
 browserTest("a refit that is kept, whose dialog is closed", { offline: true }, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   const path = `/jobs/${id}/iterations/1/lambda`;
   await open(`${path}?lambda=1e-3`);
-  await stands();
+  await loaded();
   await page.getByRole("button", { name: "Keep", exact: true }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Reason").fill("not meant");

@@ -68,8 +68,8 @@ async function jumped(page) {
   await painted(page);
   const shifts = await page.evaluate(() => /** @type {{ shifts: Shift[] }} */ (/** @type {any} */ (window)).shifts);
   const sum = shifts.reduce((all, { value }) => all + value, 0);
-  const told = shifts.map(({ value, what }) => `${value.toFixed(3)} ${what}`).join("; ");
-  return sum < MOST ? [] : [`${sum.toFixed(3)} of the window has jumped: ${told}`];
+  const text = shifts.map(({ value, what }) => `${value.toFixed(3)} ${what}`).join("; ");
+  return sum < MOST ? [] : [`${sum.toFixed(3)} of the window has jumped: ${text}`];
 }
 
 /** Waits until what has changed is seen. @param {Page} page */
@@ -81,7 +81,7 @@ const painted = (page) =>
  * @param {import("./harness.js").World} world
  * @param {{ language?: string, theme?: string }} settings @param {{ width: number, height: number }} [size]
  */
-export async function show({ page, stands }, settings, size) {
+export async function show({ page, loaded }, settings, size) {
   if (size) await page.setViewportSize(size);
   await page.evaluate(async (settings) => {
     const main = /** @type {HTMLScriptElement} */ (document.querySelector('script[type="module"]'));
@@ -89,7 +89,7 @@ export async function show({ page, stands }, settings, size) {
     for (const [name, value] of Object.entries(settings)) signals[name].value = value;
   }, settings);
   await painted(page);
-  await stands();
+  await loaded();
 }
 
 /** Whether the page is wider than its window. @param {Page} page */
@@ -108,14 +108,14 @@ const PRESSED =
 export function pressed(page) {
   return page.evaluate((pressed) => {
     // the label is what is pressed of a box; what is hidden until the keyboard reaches it is not pressed
-    const apart = "input[type=checkbox], input[type=radio], .visually-hidden, .skip, [aria-hidden=true] *";
+    const exempt = "input[type=checkbox], input[type=radio], .visually-hidden, .skip, [aria-hidden=true] *";
     const inSentence = (/** @type {Element} */ one) => {
       const sentence = one.closest("p, li, dd");
       const more = sentence?.textContent?.trim() !== one.textContent?.trim();
       return one.tagName === "A" && getComputedStyle(one).display === "inline" && sentence !== null && more;
     };
     const all = [...document.querySelectorAll(pressed)].filter(
-      (one) => one.checkVisibility() && !one.matches(apart) && !inSentence(one),
+      (one) => one.checkVisibility() && !one.matches(exempt) && !inSentence(one),
     );
     const small = all.flatMap((one) => {
       const { width, height } = one.getBoundingClientRect();

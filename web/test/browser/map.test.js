@@ -40,9 +40,9 @@ browserTest("beside the map stands the fit: facts, coefficients, errors, interva
     ["Condition", f.condition(spectrum.condition)],
     ["Condition, regularised", f.condition(spectrum.regularized.condition)],
   ]);
-  const told = await call("GET", at);
+  const expected = await call("GET", at);
   const measured = Object.fromEntries(await facts("Measurement"));
-  assert.deepEqual([measured["Nodes"], measured["Tooth"]], [String(told.node_count), told.tooth]);
+  assert.deepEqual([measured["Nodes"], measured["Tooth"]], [String(expected.node_count), expected.tooth]);
 
   const region = page.getByRole("region", { name: "Coefficients", exact: true });
   await region.getByRole("columnheader", { name: "90 % interval" }).waitFor();
@@ -69,7 +69,7 @@ browserTest("beside the map stands the fit: facts, coefficients, errors, interva
 });
 
 browserTest("a correction has its layers: what it predicts, and what answered it", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   const at = `/v1/jobs/${id}/iterations/1`;
@@ -100,7 +100,7 @@ browserTest("a correction has its layers: what it predicts, and what answered it
   await shows(result.predicted.deviation_um, "Predicted by the correction");
   await page.getByLabel("Layer").selectOption({ label: "Measured after the correction" });
   await page.getByText(`Measured by iteration ${answer.iteration}.`).waitFor();
-  await stands();
+  await loaded();
   await shows(answer.measured_um, "Measured after the correction");
 
   // the same place on axes of mm and of per cent of the range
@@ -123,7 +123,7 @@ browserTest("a correction has its layers: what it predicts, and what answered it
 });
 
 browserTest("maps of a job share one scale, labelled in full, and a tab keeps what is seen", {}, async (world) => {
-  const { page, open, stands, job, iteration } = world;
+  const { page, open, loaded, job, iteration } = world;
   const { id } = await job();
   await iteration(id);
   await iteration(id, "flank_z52_remachined.json");
@@ -139,7 +139,7 @@ browserTest("maps of a job share one scale, labelled in full, and a tab keeps wh
   await open(`/jobs/${id}/iterations/2`);
   assert.deepEqual(await ends(), first, "the second has smaller deviations, and the same scale");
   await page.getByLabel("Layer").selectOption({ label: "Residual" });
-  await stands();
+  await loaded();
   assert.ok(((await ends()).at(-1) ?? limit) < limit / 2, "residuals have their own");
 
   await page.getByLabel("Layer").selectOption({ label: "Fitted" });
@@ -150,7 +150,7 @@ browserTest("maps of a job share one scale, labelled in full, and a tab keeps wh
   const seen = new URL(page.url()).search;
   await page.getByRole("link", { name: "Iteration 1", exact: true }).click();
   await page.waitForURL("**/iterations/1?**");
-  await stands();
+  await loaded();
   assert.equal(new URL(page.url()).search, seen);
   assert.equal(await page.getByRole("button", { name: "Contours" }).getAttribute("aria-pressed"), "true");
   assert.deepEqual(await ends(), [-5, -2.5, 0, 2.5, 5]);

@@ -36,7 +36,7 @@ browserTest(
 browserTest(
   "a bad cell is marked by row and column; what was typed stays, over a reload too",
   { statuses: [422] },
-  async ({ page, open, stands, job }) => {
+  async ({ page, open, loaded, job }) => {
     const { id } = await job();
     await open(`/jobs/${id}/measure`);
     const request = JSON.parse(await example("flank_z52.json"));
@@ -47,7 +47,7 @@ browserTest(
     await page.getByText("One cell is no number:").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
     await page.locator('[data-faults="nodes"]', { hasText: "row 4, column 8" }).waitFor();
-    await stands();
+    await loaded();
     // and on the map, where the axes have that node
     const map = page.locator(".measure-preview .heat-map");
     const cross = map.locator(".map-crosshair circle");
@@ -56,7 +56,7 @@ browserTest(
     near(Number(await cross.getAttribute("cy")), axisOf(drawn.y, "linear")(u[3]), "row 4");
     assert.equal(await page.getByLabel("Note").inputValue(), "after the </script> first cut");
     await page.reload();
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Note").inputValue(), "after the </script> first cut");
   },
 );

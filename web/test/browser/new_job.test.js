@@ -7,7 +7,7 @@ import { rexsModel } from "./tester_files.js";
 browserTest(
   "a job with a gear, whose derived data are the server's",
   { alone: true },
-  async ({ page, open, stands, call }) => {
+  async ({ page, open, loaded, call }) => {
     await open("/jobs");
     await page.getByRole("link", { name: "New job" }).first().click();
     await page.getByRole("heading", { name: "New job" }).waitFor();
@@ -26,7 +26,7 @@ browserTest(
     await derived.getByText(`${geometry.tip_diameter_mm.toFixed(3)} mm`, { exact: true }).waitFor();
     await page.getByRole("button", { name: "Create the job" }).click();
     await page.getByRole("heading", { name: "Pump gear" }).waitFor();
-    await stands();
+    await loaded();
     const { items } = await call("GET", "/v1/jobs");
     assert.equal(items.length, 1);
     assert.deepEqual(items[0].gear, gear);
@@ -36,7 +36,7 @@ browserTest(
   },
 );
 
-browserTest("a name, teeth and a module are asked for among a few fields", {}, async ({ page, open, stands }) => {
+browserTest("a name, teeth and a module are asked for among a few fields", {}, async ({ page, open, loaded }) => {
   await open("/jobs/new");
   const fields = page.locator("main :is(input, select, textarea)");
   const shown = await fields.evaluateAll((all) => all.filter((one) => one.checkVisibility()).length);
@@ -46,7 +46,7 @@ browserTest("a name, teeth and a module are asked for among a few fields", {}, a
   await page.getByLabel("Teeth z").fill("12");
   await page.getByLabel("Normal module").fill("1.9");
   await derived.locator("dt sub", { hasText: "bt" }).waitFor();
-  await stands();
+  await loaded();
   const words = (await derived.textContent()) ?? "";
   assert.match(words, /undercut/, "a gear with a warning of many digits");
   assert.doesNotMatch(words, /d_b|p_bt|\d\.\d{7}/);
@@ -97,8 +97,8 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   const field = page.getByLabel("Helix angle");
   await page.locator('[aria-invalid="true"]').waitFor();
   assert.equal(await field.getAttribute("aria-invalid"), "true");
-  const told = await field.getAttribute("aria-describedby");
-  assert.match((await page.locator(`#${told?.split(" ")[0]}`).textContent()) ?? "", /89/);
+  const expected = await field.getAttribute("aria-describedby");
+  assert.match((await page.locator(`#${expected?.split(" ")[0]}`).textContent()) ?? "", /89/);
   await page.getByRole("heading", { name: "The request is invalid" }).first().waitFor();
 });
 

@@ -121,17 +121,17 @@ browserTest("the list waits while somebody types", { alone: true }, async (world
   await page.clock.install();
   await following(world, undefined, "/jobs");
   await page.clock.runFor(5000);
-  await world.stands();
+  await world.loaded();
   await page.getByLabel("Search").focus();
-  let asked = 0;
+  let requests = 0;
   page.on("request", (request) => {
-    if (request.url().includes("/v1/jobs?")) asked += 1;
+    if (request.url().includes("/v1/jobs?")) requests += 1;
   });
   await job({ name: "made meanwhile" });
   // what is asked for now is answered after the event has gone out
   await page.evaluate(() => fetch("/v1/whoami").then((answer) => answer.text()));
   await page.clock.runFor(5000);
-  assert.equal(asked, 0);
+  assert.equal(requests, 0);
   await page.getByLabel("Search").blur();
   await page.getByRole("link", { name: "made meanwhile" }).waitFor();
 });

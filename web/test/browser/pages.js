@@ -17,7 +17,7 @@ export async function visit(world, { path, fill }) {
   await world.open(path);
   if (!fill) return;
   await fill(world);
-  await world.stands();
+  await world.loaded();
 }
 
 /** Opens a dialog of the page that is shown. @param {World} world @param {Opened} dialog */

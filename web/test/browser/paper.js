@@ -45,13 +45,13 @@ export async function onPaper({ page }, lang) {
   // what is drawn for the width of the paper is drawn anew, once that is known
   await painted(page);
   await painted(page);
-  const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
+  const [tall, wide] = await page.locator(".report-cover").evaluate((cover) => {
     const right = cover.getBoundingClientRect().right;
     const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);
     return [cover.scrollHeight - cover.clientHeight, Math.max(...cells) - right];
   });
-  assert.ok((beyond ?? 1) <= 0, `${beyond} px too high in ${lang}`);
-  assert.ok((beside ?? 1) < 1, `${beside} px too wide in ${lang}`);
+  assert.ok((tall ?? 1) <= 0, `${tall} px too high in ${lang}`);
+  assert.ok((wide ?? 1) < 1, `${wide} px too wide in ${lang}`);
   await page.emulateMedia({ media: null });
 }
 

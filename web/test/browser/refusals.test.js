@@ -16,7 +16,7 @@ function busy(route, seconds) {
 }
 
 browserTest("who lets a fit stand second is told what stands", { statuses: [412] }, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
   const at = `/v1/jobs/${id}/iterations/1`;
@@ -35,7 +35,7 @@ browserTest("who lets a fit stand second is told what stands", { statuses: [412]
   assert.equal(await dialog.getByLabel("Reason").inputValue(), "mine is better");
   await dialog.getByRole("button", { name: "Let it stand all the same" }).click();
   await page.getByText("This fit stands now.").waitFor();
-  await stands();
+  await loaded();
   const now = await call("GET", at);
   assert.equal(now.fits.find((/** @type {any} */ fit) => fit.chosen).id, mine.id);
   assert.notEqual(mine.id, fits[0].id);
@@ -45,7 +45,7 @@ browserTest(
   "what was typed outlives a refusal, a lost connection and a reload",
   { statuses: [503], offline: true },
   async (world) => {
-    const { page, open, stands, server, call } = world;
+    const { page, open, loaded, server, call } = world;
     await open("/jobs/new");
     await page.getByLabel("Name", { exact: true }).fill("kept through it all");
     await page.getByLabel("Teeth z").fill("52");
@@ -69,7 +69,7 @@ browserTest(
     assert.ok(tries > 0 && tries < 5, `it was tried ${tries} times`);
     await server.start();
     await page.reload();
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "kept through it all");
     assert.equal(await page.getByLabel("Normal module").inputValue(), "1,25");
     await page.getByRole("button", { name: "Create the job" }).click();
@@ -82,14 +82,14 @@ browserTest(
   },
 );
 
-browserTest("reasons, corrections and edits outlive a reload", {}, async ({ page, open, stands, job, iteration }) => {
+browserTest("reasons, corrections and edits outlive a reload", {}, async ({ page, open, loaded, job, iteration }) => {
   const { id } = await job();
   await iteration(id);
   await open(`/jobs/${id}/iterations/1`);
   await page.getByRole("button", { name: "Reject" }).click();
   await page.getByRole("dialog").getByLabel("Reason").fill("burnt at the tip");
   await page.reload();
-  await stands();
+  await loaded();
   await page.getByRole("button", { name: "Reject" }).click();
   assert.equal(await page.getByRole("dialog").getByLabel("Reason").inputValue(), "burnt at the tip");
   await page.keyboard.press("Escape");
@@ -106,7 +106,7 @@ browserTest("reasons, corrections and edits outlive a reload", {}, async ({ page
   assert.equal(await page.getByRole("dialog").getByLabel("Machine").inputValue(), "another");
 });
 
-browserTest("nodes of a fit outlive a reload", {}, async ({ page, open, stands }) => {
+browserTest("nodes of a fit outlive a reload", {}, async ({ page, open, loaded }) => {
   await open("/fit");
   await page.getByLabel("Drop a file here").setInputFiles({
     name: "kept.json",
@@ -115,7 +115,7 @@ browserTest("nodes of a fit outlive a reload", {}, async ({ page, open, stands }
   });
   await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
   await page.reload();
-  await stands();
+  await loaded();
   await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
   await page.getByText("kept.json").first().waitFor();
 });
@@ -127,7 +127,7 @@ browserTest(
   "a key that is asked for in the middle of a form loses nothing of it",
   { serve, statuses: [401] },
   async (world) => {
-    const { page, server, stands, call } = world;
+    const { page, server, loaded, call } = world;
     await page.goto(`${server.url}/jobs/new`);
     const dialog = page.getByRole("dialog", { name: "API key" });
     await dialog.waitFor();
@@ -137,7 +137,7 @@ browserTest(
     await page.getByRole("button", { name: "Create the job" }).click();
     await dialog.getByLabel("Key", { exact: true }).fill(KEY);
     await dialog.getByRole("button", { name: "Use this key" }).click();
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "typed without a key");
     await page.getByRole("button", { name: "Create the job" }).click();
     await page.getByRole("heading", { name: "typed without a key" }).waitFor();

@@ -17,7 +17,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
   const at = `/v1/jobs/${id}/iterations`;
   const { answer } = await call("GET", `${at}/1/correction`);
   const [before, after] = [await call("GET", `${at}/1`), await call("GET", `${at}/2`)];
-  const standing = [before, after].map(({ fits }) => fits.find((/** @type {any} */ one) => one.chosen));
+  const chosen = [before, after].map(({ fits }) => fits.find((/** @type {any} */ one) => one.chosen));
   holds(first, ["Flank report", "Pump gear, finish grinding", "97340", "form grinder 3", "Page 1/"]);
   holds(first, ["machine again", "beyond class 5", "accepted", "within the drawing", "Signature"]);
   for (const { before: b, measured, change } of /** @type {any[]} */ (Object.values(answer.figure_changes))) {
@@ -26,7 +26,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
       [b, measured, change].map((one) => f.withError(one.value_um, one.std_error_um)),
     );
   }
-  for (const fit of standing) holds(first, [f.three(fit.rms), f.three(fit.lambda_star), fit.criterion]);
+  for (const fit of chosen) holds(first, [f.three(fit.rms), f.three(fit.lambda_star), fit.criterion]);
   // what is absent says so, and why
   holds(first, ["No limits are named for it", "iteration 2 has none"]);
   assert.ok(!first.includes("Flank maps"), "the rest begins on the next page");
@@ -44,7 +44,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
 
   // the rest
   const rest = pages.slice(1).join(" ");
-  const whole = await call("GET", `${at}/2/fits/${standing[1].id}`);
+  const whole = await call("GET", `${at}/2/fits/${chosen[1].id}`);
   const digest = whole.result.provenance.input_sha256;
   holds(rest, ["the error budget asks for it", "Eigenvalues", "Trace", "Warnings", digest]);
   holds(rest, [
@@ -82,13 +82,13 @@ browserTest("maps are drawn at 300 dots an inch, and no figure is split", {}, as
 browserTest(
   "the bar chooses iterations and parts, and the address keeps them",
   {},
-  async ({ page, open, stands, ...world }) => {
-    const id = await story({ page, open, stands, ...world });
+  async ({ page, open, loaded, ...world }) => {
+    const id = await story({ page, open, loaded, ...world });
     await world.iteration(id);
     await open(`/jobs/${id}`);
     await page.getByRole("navigation", { name: "Views" }).getByRole("link", { name: "Report" }).click();
     await page.getByRole("heading", { name: "Flank maps" }).waitFor();
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Iteration 2", { exact: true }).isChecked(), false, "the first and the last");
     await page.getByLabel("Iteration 2", { exact: true }).check();
     await page.getByLabel("Iteration 3", { exact: true }).uncheck();
@@ -97,7 +97,7 @@ browserTest(
     for (const part of ["Flank maps", "Correction", "Trace", "First page"])
       await page.getByRole("checkbox", { name: part }).uncheck();
     await page.reload();
-    await stands();
+    await loaded();
     assert.equal(await page.getByRole("heading", { name: "Flank maps" }).count(), 0);
     assert.equal(await page.getByRole("checkbox", { name: "Trace" }).isChecked(), false);
     await page.getByRole("heading", { name: "Eigenvalues" }).waitFor();

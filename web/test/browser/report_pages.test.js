@@ -47,7 +47,7 @@ browserTest("the figures behind the first page are the interface's, part by part
     for (const [i, trace] of traces.entries()) {
       const [tooth, , slope, form, total, crowning] = rows[i] ?? [];
       assert.equal(tooth, `Tooth ${trace.tooth}`);
-      // errors are told where noise was
+      // errors are expected where noise was
       agrees(slope, ...[trace.slope_um, trace.slope_std_error_um].slice(0, trace.slope_std_error_um ? 2 : 1));
       agrees(form, trace.form_um);
       agrees(total, trace.total_um);
@@ -63,8 +63,8 @@ browserTest("the figures behind the first page are the interface's, part by part
   // λ* and the spectrum of either iteration
   for (const number of [1, 2]) {
     const { fits } = await call("GET", `${at}/${number}`);
-    const standing = fits.find((/** @type {any} */ one) => one.chosen);
-    const fit = await call("GET", `${at}/${number}/fits/${standing.id}?include=lambda_curve`);
+    const chosen = fits.find((/** @type {any} */ one) => one.chosen);
+    const fit = await call("GET", `${at}/${number}/fits/${chosen.id}?include=lambda_curve`);
     const { regularization, spectrum, lambda_curve: curve } = fit.result;
     const choices = await rowsOf(page, `Choice of λ*, Iteration ${number}`);
     assert.deepEqual(
@@ -77,8 +77,8 @@ browserTest("the figures behind the first page are the interface's, part by part
         f.three(one.bias_norm),
       ]),
     );
-    const stood = choices.filter((row) => row.at(-1) !== "").map(([criterion]) => criterion?.split(" ").at(-1));
-    assert.deepEqual(stood, [regularization.criterion]);
+    const marked = choices.filter((row) => row.at(-1) !== "").map(([criterion]) => criterion?.split(" ").at(-1));
+    assert.deepEqual(marked, [regularization.criterion]);
     const drawn = await drawnIn(page.locator(".report .lambda figure").nth(number - 1));
     const [x, y] = [axisOf(drawn.x, "log"), axisOf(drawn.y, "log")];
     for (const [i, point] of curve.entries()) {
@@ -113,12 +113,12 @@ browserTest("the figures behind the first page are the interface's, part by part
   const figures = await rowsOf(page, "Figures before, predicted and measured, Iteration 1");
   const keys = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
   for (const [i, key] of keys.entries()) {
-    const told = kept.answer.figure_changes[`${key}_um`];
+    const expected = kept.answer.figure_changes[`${key}_um`];
     const [, before, , predicted, measured, change] = figures[i] ?? [];
-    agrees(before, told.before.value_um, told.before.std_error_um);
-    agrees(predicted, told.predicted_um);
-    agrees(measured, told.measured.value_um, told.measured.std_error_um);
-    agrees(change, told.change.value_um, told.change.std_error_um);
+    agrees(before, expected.before.value_um, expected.before.std_error_um);
+    agrees(predicted, expected.predicted_um);
+    agrees(measured, expected.measured.value_um, expected.measured.std_error_um);
+    agrees(change, expected.change.value_um, expected.change.std_error_um);
   }
 
   // the trace: all that happened, with criteria, λ*, decisions and reasons

@@ -72,15 +72,15 @@ for (const [lang, words] of Object.entries(LANGUAGES))
     const drawn = linesOf(svg, 1.25).filter(({ points }) => points === 2);
     const [across, along] = [drawn.filter(({ wide }) => wide > 1), drawn.filter(({ high }) => high > 1)];
     assert.ok(across.length > 0 && across.length === along.length, `${across.length}, ${along.length}`);
-    const told = (/** @type {string} */ unit) =>
+    const barLength = (/** @type {string} */ unit) =>
       Number(
         bars
           .find((text) => text.endsWith(unit))
           ?.replace(",", ".")
           .replace(unit, ""),
       );
-    for (const { wide } of across) measures(wide, (told("µm") * deviation) / 1000, `${told("µm")} µm`);
-    for (const { high } of along) measures(high, told("mm") * length, `${told("mm")} mm`);
+    for (const { wide } of across) measures(wide, (barLength("µm") * deviation) / 1000, `${barLength("µm")} µm`);
+    for (const { high } of along) measures(high, barLength("mm") * length, `${barLength("mm")} mm`);
 
     // measured curves have their true extent
     const { traces } = JSON.parse(await example("requests/gear_evaluate.json"));

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
 import { agrees } from "./numbers.js";
 
-const asked = async () => JSON.parse(await example("requests/job_requirements.json")).requirements;
+const exampleRequirements = async () => JSON.parse(await example("requests/job_requirements.json")).requirements;
 const NAMES = /** @type {const} */ (["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"]);
 
 browserTest("requirements are shown, edited, and refused where they cannot be", { statuses: [422] }, async (world) => {
@@ -61,7 +61,7 @@ browserTest(
   { statuses: [422] },
   async (world) => {
     const { page, open, job, call } = world;
-    const { id } = await job({ requirements: await asked() });
+    const { id } = await job({ requirements: await exampleRequirements() });
     await open(`/jobs/${id}`);
     const panel = page.getByRole("region", { name: "Requirements" });
     await panel.getByRole("row", { name: /Run-out.*0 … 18/ }).waitFor();
@@ -91,7 +91,7 @@ browserTest(
     await page.getByText("The job has been changed.").waitFor();
     const { requirements } = await call("GET", `/v1/jobs/${id}`);
     assert.deepEqual(requirements, {
-      ...(await asked()),
+      ...(await exampleRequirements()),
       pitch_limits: { class: 5, cumulative_pitch_um: [0, 20], runout_um: [0, 15], left: { single_pitch_um: [-6, 6] } },
     });
     await panel.getByText("Pitches and run-out: class 5 of ISO 1328-1:2013").waitFor();
@@ -118,7 +118,7 @@ browserTest(
   { alone: true },
   async (world) => {
     const { page, open, job, iteration, call } = world;
-    const { id } = await job({ requirements: await asked() });
+    const { id } = await job({ requirements: await exampleRequirements() });
     await iteration(id);
     await iteration(id, "flank_z52_remachined.json");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
@@ -126,7 +126,7 @@ browserTest(
     assert.equal(all[0].profile_slope_um.within, false, "the first iteration is beyond a limit");
 
     await open(`/jobs/${id}`);
-    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
     const rows = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
     for (const [i, figures] of all.entries())
       for (const [k, name] of NAMES.entries()) {
@@ -141,7 +141,7 @@ browserTest(
     }
     // slopes are extended to the full face width and have the full limits; a fit keeps the limits valid when it was made
     assert.deepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
-    const changed = await asked();
+    const changed = await exampleRequirements();
     changed.tolerance_limits.left.helix_slope_um = [-5, 2];
     await call("PATCH", `/v1/jobs/${id}`, { requirements: changed });
     await rows.nth(2).getByText("Limits that decided").waitFor();
@@ -162,10 +162,10 @@ browserTest(
     }
 
     await open(`/jobs/${id}/trace`);
-    const told = page.locator(".figures-short").first().locator("dd");
+    const expected = page.locator(".figures-short").first().locator("dd");
     for (const [k, name] of NAMES.entries()) {
       const { value, std_error } = all[0][`${name}_um`];
-      agrees(await told.nth(k).textContent(), value, std_error);
+      agrees(await expected.nth(k).textContent(), value, std_error);
     }
 
     await open("/jobs");

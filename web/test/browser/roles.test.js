@@ -21,7 +21,7 @@ browserTest(
   "a reader is offered nothing that changes anything",
   { serve: as("reader"), statuses: [401, 404] },
   async (world) => {
-    const { page, open, stands } = world;
+    const { page, open, loaded } = world;
     await withKey(world);
     await open("/settings");
     await page.getByText("reader", { exact: true }).waitFor();
@@ -34,7 +34,7 @@ browserTest(
     await page.getByRole("button", { name: "Use another key" }).click();
     await page.getByRole("dialog", { name: "API key" }).waitFor();
     await page.keyboard.press("Escape");
-    await stands();
+    await loaded();
   },
 );
 
@@ -42,7 +42,7 @@ browserTest(
   "an operator measures, and an engineer decides",
   { serve: as("operator"), statuses: [401] },
   async (world) => {
-    const { page, open, stands, call } = world;
+    const { page, open, loaded, call } = world;
     const headers = { "x-api-key": KEY };
     const { id } = await call("POST", "/v1/jobs", { name: "guarded" }, headers);
     const nodes = {
@@ -66,7 +66,7 @@ browserTest(
     await open(`/jobs/${id}/iterations/1/correction`);
     await page.getByText("may not decide").waitFor();
     assert.equal(await page.getByRole("button", { name: "Compute the correction" }).count(), 0);
-    await stands();
+    await loaded();
   },
 );
 

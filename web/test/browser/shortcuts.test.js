@@ -12,14 +12,14 @@ async function twoIterations({ job, iteration }) {
 }
 
 browserTest("[ and ] lead to the same view of the iteration before and after", {}, async (world) => {
-  const { page, open, stands } = world;
+  const { page, open, loaded } = world;
   const id = await twoIterations(world);
   const iteration = (/** @type {number} */ number) => `/jobs/${id}/iterations/${number}`;
   for (const view of ["/lambda", "/statistics", "/correction", ""]) {
     await open(`${iteration(1)}${view}`);
     await page.keyboard.press("]");
     await page.waitForURL(`**${iteration(2)}${view}`);
-    await stands();
+    await loaded();
     // there is none after the last
     await page.keyboard.press("]");
     assert.equal(new URL(page.url()).pathname, `${iteration(2)}${view}`);
@@ -36,7 +36,7 @@ browserTest(
   "shortcuts that are switched off do nothing, and can be switched on",
   { settings: { shortcuts: false } },
   async (world) => {
-    const { page, open, stands } = world;
+    const { page, open, loaded } = world;
     const id = await twoIterations(world);
     const dialog = page.getByRole("dialog", { name: "Keyboard shortcuts" });
     const place = `/jobs/${id}/iterations/1`;
@@ -60,6 +60,6 @@ browserTest(
     await dialog.waitFor({ state: "detached" });
     await page.keyboard.press("]");
     await page.waitForURL(`**/jobs/${id}/iterations/2`);
-    await stands();
+    await loaded();
   },
 );

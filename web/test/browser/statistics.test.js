@@ -8,7 +8,7 @@ import { termSign } from "../../app/lib/terms.js";
 const f = formats("en");
 
 browserTest("spectrum, collinearity, residuals and replay are the interface's own", {}, async (world) => {
-  const { page, open, stands, job, iteration } = world;
+  const { page, open, loaded, job, iteration } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
   const { result } = fits[0];
@@ -58,7 +58,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
     ]),
   );
   await page.reload();
-  await stands();
+  await loaded();
   await page.locator(".direction").getByText(termSign(worst.sentence)).waitFor();
 
   const figure = page.locator("figure").filter({ has: page.getByRole("heading", { name: "Histogram" }) });

@@ -14,7 +14,7 @@ const f = formats("en");
 
 /** @param {import("./harness.js").World} world @param {import("./hands.js").Hands} hands */
 async function story(world, { press, type, pick }) {
-  const { page, open, stands, call, server } = world;
+  const { page, open, loaded, call, server } = world;
   const button = (/** @type {string} */ name) => page.getByRole("button", { name, exact: true });
   const link = (/** @type {string} */ name) => page.getByRole("link", { name, exact: true });
   const dialog = page.getByRole("dialog");
@@ -27,7 +27,7 @@ async function story(world, { press, type, pick }) {
   const measure = async (/** @type {string} */ name) => {
     await press(page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Measure" }));
     await page.waitForURL("**/measure");
-    await stands();
+    await loaded();
     const picker = page.locator("#measure-files");
     await pick(picker, { name, mimeType: "application/json", buffer: Buffer.from(await example(name)) });
     await page.locator(".queue-entry canvas").waitFor();
@@ -39,7 +39,7 @@ async function story(world, { press, type, pick }) {
   await open("/jobs");
   await press(link("New job").first());
   await page.getByRole("heading", { name: "New job" }).waitFor();
-  await stands();
+  await loaded();
   for (const [label, text] of [
     ["Name", "Pump gear <b>A</b>"],
     ["Part number", "97340"],
@@ -53,14 +53,14 @@ async function story(world, { press, type, pick }) {
     await type(page.getByLabel(label ?? "", { exact: label === "Name" }), text ?? "");
   await press(button("Create the job"));
   await page.getByRole("heading", { name: "Pump gear <b>A</b>" }).waitFor();
-  await stands();
+  await loaded();
   const id = new URL(page.url()).pathname.split("/")[2] ?? "";
   const at = `/v1/jobs/${id}/iterations`;
 
   // measured: the map names its least and its greatest node
   await measure("flank_z52.json");
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  await stands();
+  await loaded();
   const { z } = await call("GET", `${at}/1/nodes`);
   const heights = z.flat().filter((/** @type {number | null} */ height) => height !== null);
   for (const [name, value] of [
@@ -72,35 +72,35 @@ async function story(world, { press, type, pick }) {
   // λ* by gcv: kept, and let stand
   await press(link("λ*"));
   await page.waitForURL("**/lambda");
-  await stands();
+  await loaded();
   await press(button("Show the refit by gcv"));
   await page.getByText("not stored").waitFor();
-  await stands();
+  await loaded();
   await press(button("Keep"));
   await type(dialog.getByLabel("Reason"), "GCV agrees with the error budget");
   await press(dialog.getByRole("button", { name: "Keep", exact: true }));
   await page.getByText("The refit is kept.").waitFor();
-  await stands();
+  await loaded();
   await press(button("Let it stand"));
   await type(dialog.getByLabel("Reason"), "as agreed");
   await press(dialog.getByRole("button", { name: "Let it stand", exact: true }));
   await page.getByText("This fit stands now.").waitFor();
-  await stands();
+  await loaded();
 
   // machine again
   await press(link("Flank map"));
   await page.waitForURL(/iterations\/1$/);
-  await stands();
+  await loaded();
   await decide("Machine again", "profile slope beyond class 5");
   await page.getByText("Decided: machine again.").waitFor();
 
   // the correction
   await press(link("Correction"));
   await page.waitForURL("**/correction");
-  await stands();
+  await loaded();
   await press(button("Compute the correction"));
   await page.locator("#changes").waitFor();
-  await stands();
+  await loaded();
   const { result } = await call("GET", `${at}/1/correction`);
   const changes = page.getByRole("region", { name: (await page.locator("#changes").textContent()) ?? "" });
   for (const { name, change, std_error: error } of result.settings) {
@@ -113,9 +113,9 @@ async function story(world, { press, type, pick }) {
   // measured again: before, predicted, measured
   await measure("flank_z52_remachined.json");
   await page.waitForURL(`**/jobs/${id}/iterations/2`);
-  await stands();
+  await loaded();
   await page.goto(`${server.url}/jobs/${id}/iterations/1/correction`);
-  await stands();
+  await loaded();
   const { answer } = await call("GET", `${at}/1/correction`);
   const figures = page.locator('section[aria-labelledby="figures"]');
   for (const { before, predicted_um: predicted, measured } of /** @type {any[]} */ (
@@ -132,7 +132,7 @@ async function story(world, { press, type, pick }) {
   // accepted
   await press(link("Iteration 2"));
   await page.waitForURL(/iterations\/2$/);
-  await stands();
+  await loaded();
   await decide("Accept", "within the drawing");
   await page.getByText("Decided: accepted.").waitFor();
   const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
@@ -143,25 +143,25 @@ async function story(world, { press, type, pick }) {
   // the trace tells it
   await press(link("Trace"));
   await page.waitForURL("**/trace");
-  await stands();
-  const told = (await page.locator(".trace-entries").textContent()) ?? "";
+  await loaded();
+  const text = (await page.locator(".trace-entries").textContent()) ?? "";
   for (const word of ["GCV agrees with the error budget", "as agreed", "beyond class 5", "within the drawing"])
-    assert.ok(told.includes(word), word);
+    assert.ok(text.includes(word), word);
 
   // on paper
   await press(link("Report"));
   await page.waitForURL("**/report");
-  await stands();
+  await loaded();
   await page.getByRole("button", { name: "Print", disabled: false }).waitFor();
   const pdf = path.join(server.folder, "story.pdf");
   await page.pdf({ path: pdf, preferCSSPageSize: true, printBackground: true });
   const { stdout } = await run("pdftotext", ["-layout", pdf, "-"], { maxBuffer: 1 << 26 });
   const pages = stdout.split("\f").map((text) => text.replaceAll(/\s+/gu, " "));
   const cover = pages[0] ?? "";
-  const standing = second.fits.find((/** @type {any} */ fit) => fit.chosen);
+  const chosen = second.fits.find((/** @type {any} */ fit) => fit.chosen);
   for (const word of ["Pump gear <b>A</b>", "97340", "accepted", "within the drawing", "Signature"])
     assert.ok(cover.includes(word), `${word} in ${cover}`);
-  for (const number of [f.three(standing.rms), f.three(standing.lambda_star)])
+  for (const number of [f.three(chosen.rms), f.three(chosen.lambda_star)])
     assert.ok(cover.includes(number), `${number} in ${cover}`);
   assert.ok(!(pages[1] ?? "").includes("Signature"), "the first page is one page");
 }

@@ -1,7 +1,7 @@
 // A stream as it is measured: why there is no result yet, the estimate as others add nodes, its end.
 
 import assert from "node:assert/strict";
-import { watchAsked } from "./asked.js";
+import { watchRequests } from "./requests.js";
 import { browserTest, example } from "./harness.js";
 
 /** @typedef {import("./harness.js").World} World */
@@ -32,7 +32,7 @@ async function opened({ job, call }, change = {}) {
 }
 
 browserTest("a stream says why there is no result yet, and follows its blocks", {}, async (world) => {
-  const { page, open, stands } = world;
+  const { page, open, loaded } = world;
   const { send, path } = await opened(world);
   await open(path);
   await page.getByRole("heading", { name: "Why there is no result yet" }).waitFor();
@@ -44,7 +44,7 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   await page.getByRole("slider", { name: "Coefficient of 1" }).waitFor();
   const last = await send([6, 8]);
   await page.locator('[data-sequence="3"]').waitFor();
-  await stands();
+  await loaded();
   assert.equal(await page.getByText("Why there is no result yet").count(), 0);
   const { result, node_count: nodes } = last;
   const rows = page.getByRole("region", { name: "Coefficients" }).locator("tbody tr");
@@ -113,13 +113,13 @@ browserTest("what waits in a dialog is stopped there, and by closing it", { offl
 browserTest("many blocks are asked for at most twice a second", {}, async (world) => {
   const { page, open } = world;
   const { send, path, stream } = await opened(world);
-  const asked = await watchAsked(page, `/v1/streams/${stream.id}`);
+  const requests = await watchRequests(page, `/v1/streams/${stream.id}`);
   await open(path);
-  const before = (await asked()).times.length;
+  const before = (await requests()).times.length;
   const begun = performance.now();
   for (let i = 0; i < 24; i += 1) await send([i % 9]);
   await page.locator('[data-sequence="24"]').waitFor();
-  const times = (await asked()).times.slice(before);
+  const times = (await requests()).times.slice(before);
   // where 24 blocks take long there is time for more
   const most = Math.max(12, 2 + (performance.now() - begun) / 500);
   assert.ok(times.length > 0 && times.length < most, `${times}`);
@@ -130,7 +130,7 @@ browserTest("many blocks are asked for at most twice a second", {}, async (world
 });
 
 browserTest("a stream is finished, here and by another client", {}, async (world) => {
-  const { page, open, stands, call } = world;
+  const { page, open, loaded, call } = world;
   const { id, stream, send, path } = await opened(world, { regularization: { type: "none" } });
   await send([0, 2, 4, 6, 8]);
   await open(path);
@@ -140,7 +140,7 @@ browserTest("a stream is finished, here and by another client", {}, async (world
   await dialog.getByLabel("Instrument").fill("P40");
   await dialog.getByRole("button", { name: "Finish", exact: true }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  await stands();
+  await loaded();
   const kept = await call("GET", `/v1/jobs/${id}/iterations/1`);
   assert.deepEqual(
     [kept.instrument, kept.node_count],
@@ -169,7 +169,7 @@ browserTest("the job's other pages lead to a stream that is being measured", {},
 });
 
 browserTest("a job leads to the streams that were opened before, until they are finished", {}, async (world) => {
-  const { page, open, stands, call } = world;
+  const { page, open, loaded, call } = world;
   const { id, stream, send, path } = await opened(world);
   await send([0, 2, 4, 6, 8]);
   const right = await call("POST", `/v1/jobs/${id}/streams`, { model: stream.spec.model, flank: "right" });
@@ -181,7 +181,7 @@ browserTest("a job leads to the streams that were opened before, until they are 
   await note("The right flank is being measured").waitFor({ state: "detached" });
   await page.getByRole("link", { name: "Watch" }).click();
   await page.waitForURL(`**${path}`);
-  await stands();
+  await loaded();
   await open(`/jobs/${id}`);
   await page.getByRole("link", { name: "Watch" }).waitFor();
   await call("POST", `/v1/streams/${stream.id}/finish`, {});
@@ -189,7 +189,7 @@ browserTest("a job leads to the streams that were opened before, until they are 
 });
 
 browserTest("a job is shown before it is known what is being measured", {}, async (world) => {
-  const { page, iteration, server, stands } = world;
+  const { page, iteration, server, loaded } = world;
   const { id } = await opened(world);
   await iteration(id);
   /** @type {() => void} */
@@ -197,23 +197,23 @@ browserTest("a job is shown before it is known what is being measured", {}, asyn
   const late = new Promise((resolve) => {
     known = () => resolve(undefined);
   });
-  let asked = 0;
+  let requests = 0;
   await page.route(`**/v1/jobs/${id}/streams?*`, async (route) => {
-    asked += 1;
+    requests += 1;
     await late;
     await route.continue();
   });
   await page.goto(`${server.url}/jobs/${id}`);
   await page.getByRole("table", { name: "Iterations" }).waitFor();
   assert.equal(await page.getByRole("link", { name: "Watch" }).count(), 0);
-  assert.ok(asked > 0);
+  assert.ok(requests > 0);
   known();
   await page.getByRole("link", { name: "Watch" }).waitFor();
-  await stands();
+  await loaded();
 });
 
 browserTest("heights of a few nanometres have the digits of their scale, in every place", {}, async (world) => {
-  const { page, open, stands, job, call } = world;
+  const { page, open, loaded, job, call } = world;
   const { id } = await job();
   const { nodes, axes, model } = JSON.parse(await example("flank_z52.json"));
   const small = (/** @type {(number | null)[]} */ row) => row.map((z) => (z === null ? null : z / 5000));
@@ -232,7 +232,7 @@ browserTest("heights of a few nanometres have the digits of their scale, in ever
   }
   await page.getByRole("slider", { name: "Nodes so far" }).press("ArrowRight");
   await page.waitForURL(/at=/);
-  await stands();
+  await loaded();
   const read = await page.getByRole("slider", { name: "Nodes so far" }).getAttribute("aria-valuetext");
   assert.match(read ?? "", /0\.00\d\d µm/);
   // the section, and the tables of section and map

@@ -9,7 +9,7 @@ import { unitOf } from "./numbers.js";
 const f = formats("en");
 
 browserTest("the trace tells all that happened, in order, and compares two fits", {}, async (world) => {
-  const { page, open, stands, job, iteration, call } = world;
+  const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
   const at = `/v1/jobs/${id}/iterations/1`;
@@ -19,14 +19,14 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
   await call("PATCH", at, { decision: "remachine", reason: "beyond class 5" });
   await iteration(id, "flank_z52_remachined.json");
   /** @type {string[]} */
-  const asked = [];
+  const paths = [];
   page.on("request", (request) => {
-    asked.push(new URL(request.url()).pathname);
+    paths.push(new URL(request.url()).pathname);
   });
   await open(`/jobs/${id}/trace`);
   // the trace is whole: no iteration is asked for beside it
   assert.deepEqual(
-    asked.filter((path) => /iterations/.test(path)),
+    paths.filter((path) => /iterations/.test(path)),
     [],
   );
   const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
@@ -76,7 +76,7 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
   }
   await page.getByLabel("Records").uncheck();
   await page.reload();
-  await stands();
+  await loaded();
   assert.equal(await page.locator(".trace-entry.record").count(), 0);
   assert.equal(await page.getByLabel("Records").isChecked(), false);
 });

@@ -3,22 +3,14 @@
 // all of these tests.
 
 import assert from "node:assert/strict";
-import {
-  atEnd,
-  counted,
-  doNotSendAgain,
-  example,
-  holdsTheseFiles,
-  inBrowser,
-  tellingMore,
-} from "../browser/harness.js";
+import { atEnd, counted, doNotSendAgain, example, holdsTheseFiles, inBrowser, withMore } from "../browser/harness.js";
 import { lacking, startPlant, until } from "./plant.js";
 
 /** @typedef {import("./plant.js").Plant} Plant */
 /** @typedef {import("../browser/harness.js").World["call"]} Call */
 /** @typedef {import("playwright-core").Page} Page */
 /** @typedef {import("playwright-core").Locator} Locator */
-/** @typedef {Pick<import("../browser/harness.js").World, "page" | "open" | "stands" | "startAgain"> & { plant: Plant }} World */
+/** @typedef {Pick<import("../browser/harness.js").World, "page" | "open" | "loaded" | "startAgain"> & { plant: Plant }} World */
 
 const why = lacking();
 /** The gate takes no excuse. */
@@ -46,16 +38,16 @@ function plantTest(name, { role, ...options }, body) {
     await holdsTheseFiles(plant.servers[0].url);
     try {
       await inBrowser(plant.server, { ...options, browser: plant.browser }, async (world) => {
-        const { page, open, stands, startAgain } = world;
+        const { page, open, loaded, startAgain } = world;
         if (role)
           await page.context().addInitScript((key) => {
             sessionStorage.setItem("flankfit.key", key);
           }, plant.keys[role].key);
-        await body({ page, open, stands, startAgain, plant });
+        await body({ page, open, loaded, startAgain, plant });
       });
     } catch (error) {
       console.error(`--- plant ---\n${plant.server.log()}`);
-      throw tellingMore(error, "plant", plant.server.log().split("\n").slice(-30).join("\n"));
+      throw withMore(error, "plant", plant.server.log().split("\n").slice(-30).join("\n"));
     } finally {
       await plant.both();
       await plant.server.start();
@@ -89,15 +81,15 @@ async function following(page, opened) {
  * @param {Page} page @param {() => Promise<unknown>} opened
  */
 async function rests(page, opened) {
-  let asked = 0;
+  let count = 0;
   page.on("request", (request) => {
-    if (request.url().includes("/trace?")) asked += 1;
+    if (request.url().includes("/trace?")) count += 1;
   });
   await following(page, opened);
   // once more when it is told of news
   await until(
     "what is read with the first news",
-    async () => asked,
+    async () => count,
     (count) => count >= 2,
   );
   await page.locator('main[aria-busy="false"] h1').waitFor();
@@ -112,7 +104,7 @@ function grid(side, more) {
 }
 
 plantTest("what is stored through another server is shown without a reload", { role: "reader" }, async (world) => {
-  const { page, open, stands, plant } = world;
+  const { page, open, loaded, plant } = world;
   const call = plant.at(1);
   const at = (/** @type {string} */ id) => `/v1/jobs/${id}/iterations/1`;
   await plant.only(0);
@@ -129,7 +121,7 @@ plantTest("what is stored through another server is shown without a reload", { r
   await call("PATCH", at(id), { decision: "remachine", reason: "seen elsewhere" });
   await measure(call, id, "flank_z52_remachined.json");
   await page.getByText("Decide on iteration 2").waitFor();
-  await stands();
+  await loaded();
   const rows = page.getByRole("region", { name: "Iterations", exact: true }).locator("tbody tr");
   assert.equal(await rows.count(), 2);
 
@@ -153,7 +145,7 @@ async function enterKey(page, key, remember = false) {
   await dialog.waitFor({ state: "detached" });
 }
 
-plantTest("each role is offered what it may do", { role: "reader" }, async ({ page, open, stands, plant }) => {
+plantTest("each role is offered what it may do", { role: "reader" }, async ({ page, open, loaded, plant }) => {
   const { id } = await newJob(plant.at(0), "of three roles");
   await measure(plant.at(0), id);
   const button = (/** @type {string} */ name) => page.getByRole("button", { name, exact: true });
@@ -165,7 +157,7 @@ plantTest("each role is offered what it may do", { role: "reader" }, async ({ pa
   const through = async (to, seen, named) => {
     await to.click();
     await seen.waitFor();
-    await stands();
+    await loaded();
     const found = await Promise.all(Object.entries(named).map(async ([name, one]) => (await one.count()) > 0 && name));
     return found.filter(Boolean);
   };
@@ -204,7 +196,7 @@ plantTest("each role is offered what it may do", { role: "reader" }, async ({ pa
 plantTest(
   "a right that is taken away while a page stands is told of, and nothing typed is lost",
   { statuses: [401, 403] },
-  async ({ page, open, stands, plant }) => {
+  async ({ page, open, loaded, plant }) => {
     const { id } = await newJob(plant.at(0), "of a lost right");
     await measure(plant.at(0), id);
     const own = await plant.at(0, "admin")("POST", "/v1/keys", { name: "of a tablet", role: "engineer" });
@@ -238,7 +230,7 @@ plantTest(
     await plant.at(1, "admin")("DELETE", `/v1/keys/${own.id}`);
     await page.getByRole("dialog", { name: "API key" }).waitFor();
     await following(page, () => enterKey(page, plant.keys.operator.key));
-    await stands();
+    await loaded();
     await page.getByRole("button", { name: "Edit" }).waitFor({ state: "detached" });
     await measure(plant.at(1), id, "flank_z52_remachined.json");
     await page.getByText("Decide on iteration 2").waitFor();
@@ -346,7 +338,7 @@ plantTest(
 plantTest(
   "while all servers are away the page says so, and keeps what is there",
   { role: "operator", statuses: [502, 503], offline: true },
-  async ({ page, open, stands, startAgain, plant }) => {
+  async ({ page, open, loaded, startAgain, plant }) => {
     const { id } = await newJob(plant.at(0), "stays");
     await following(page, () => open(`/jobs/${id}/measure`));
     const born = await birth(page);
@@ -368,7 +360,7 @@ plantTest(
     await page.locator(".queue-entry").getByRole("heading", { name: "The server does not answer" }).waitFor();
     await page.locator(".queue-entry").getByText("no answer", { exact: true }).waitFor();
     await startAgain();
-    await stands();
+    await loaded();
     assert.equal(await page.getByLabel("Note").inputValue(), "typed all the same");
     assert.equal(await birth(page), born, "it is one document all the time");
     await page.getByRole("button", { name: "Store as iteration" }).click();

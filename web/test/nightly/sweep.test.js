@@ -50,7 +50,7 @@ async function looked(world, part) {
 }
 
 browserTest("every page stands, in each theme, language and width", { settings: { theme: "light" } }, async (world) => {
-  const { page, server, stands } = world;
+  const { page, server, loaded } = world;
   /** @type {string[]} */
   const faults = [];
   await watchShifts(page);
@@ -67,7 +67,7 @@ browserTest("every page stands, in each theme, language and width", { settings: 
     // what is seen stands in the address
     if (!listed.fill) {
       await page.reload();
-      await stands();
+      await loaded();
       if (page.url() !== address) add([`stands at ${page.url()} after a reload`]);
     }
     const after = await seen(page);

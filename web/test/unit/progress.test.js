@@ -22,12 +22,12 @@ const PROGRESS = 'event: progress\ndata: {"progress":0.25,"remaining_seconds":3}
 /** @param {HeadersInit} [headers] */
 async function sent(headers) {
   /** @type {{ done: number, seconds: number | undefined }[]} */
-  const told = [];
-  const send = withProgress((progress) => told.push(progress));
+  const seen = [];
+  const send = withProgress((progress) => seen.push(progress));
   const response = await send(
     new Request("http://server/v1/fits", { method: "POST", body: "{}", ...(headers ? { headers } : {}) }),
   );
-  return { told, response };
+  return { seen, response };
 }
 
 test("progress is reported, and the result is the response", async () => {
@@ -35,8 +35,8 @@ test("progress is reported, and the result is the response", async () => {
     assert.equal(request.headers.get("accept"), "text/event-stream");
     return events(`${PROGRESS}event: result\ndata: {"number":1}\n\n`);
   };
-  const { told, response } = await sent();
-  assert.deepEqual(told, [{ done: 0.25, seconds: 3 }]);
+  const { seen, response } = await sent();
+  assert.deepEqual(seen, [{ done: 0.25, seconds: 3 }]);
   assert.deepEqual([response.status, await response.json()], [200, { number: 1 }]);
 });
 

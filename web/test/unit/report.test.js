@@ -13,7 +13,7 @@ test("without a choice a report tells the first and the last iteration, and all 
   assert.deepEqual(partsOf(null), PARTS);
 });
 
-test("what the address names is told in its order, and what is not there is left out", () => {
+test("what the address names is shown in its order, and what is not there is left out", () => {
   assert.deepEqual(iterationsOf("3,2,9,x", [1, 2, 3]), [2, 3]);
   assert.deepEqual(iterationsOf("9", [1, 2, 3]), [1, 3]);
   assert.deepEqual(partsOf("trace,summary,nothing"), ["summary", "trace"]);
@@ -30,18 +30,18 @@ test("a name cannot leave the string of a page box", () => {
 });
 
 test("before and after are of the same flank and tooth", () => {
-  const told = (/** @type {number} */ number, /** @type {string} */ flank, tooth = "1") =>
-    /** @type {import("../../app/report/data.js").Told} */ (
+  const made = (/** @type {number} */ number, /** @type {string} */ flank, tooth = "1") =>
+    /** @type {import("../../app/report/data.js").ReportData} */ (
       /** @type {unknown} */ ({ iteration: { number, flank, tooth } })
     );
-  const numbers = (/** @type {readonly import("../../app/report/data.js").Told[]} */ all) =>
+  const numbers = (/** @type {readonly import("../../app/report/data.js").ReportData[]} */ all) =>
     endsOf(all).map(({ iteration }) => iteration.number);
-  const [left, right, again] = [told(1, "left"), told(2, "right"), told(3, "right")];
+  const [left, right, again] = [made(1, "left"), made(2, "right"), made(3, "right")];
   assert.deepEqual(numbers([left, right, again]), [2, 3]);
   assert.ok(isPair(endsOf([left, right, again])));
   assert.deepEqual(numbers([left, right]), [1, 2]);
   assert.ok(!isPair(endsOf([left, right])));
-  assert.ok(!isPair(endsOf([right, told(3, "right", "2")])));
+  assert.ok(!isPair(endsOf([right, made(3, "right", "2")])));
   assert.ok(!isPair(endsOf([left])));
   assert.deepEqual(numbers([]), []);
 });

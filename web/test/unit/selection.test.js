@@ -7,26 +7,26 @@ import { refitOf } from "../../app/regularization/selection.js";
 /** @typedef {import("../../app/regularization/selection.js").FitSpec} FitSpec */
 
 /** @param {object | undefined} regularization @param {import("../../app/regularization/selection.js").Selection} selection */
-const asked = (regularization, selection) =>
+const specOf = (regularization, selection) =>
   refitOf(/** @type {FitSpec} */ (/** @type {unknown} */ ({ regularization })), selection).regularization;
 
 test("a criterion chooses the rank, whatever rank the fit has of its own", () => {
   const svd = { type: "truncated_svd", rank: 8 };
-  assert.deepEqual(asked(svd, { by: "gcv" }), { type: "truncated_svd", parameter: { criterion: "gcv" } });
-  assert.deepEqual(asked(svd, { value: 6.8 }), { type: "truncated_svd", rank: 7 });
-  assert.deepEqual(asked({ type: "truncated_svd", parameter: { criterion: "reml" } }, { value: 7 }), {
+  assert.deepEqual(specOf(svd, { by: "gcv" }), { type: "truncated_svd", parameter: { criterion: "gcv" } });
+  assert.deepEqual(specOf(svd, { value: 6.8 }), { type: "truncated_svd", rank: 7 });
+  assert.deepEqual(specOf({ type: "truncated_svd", parameter: { criterion: "reml" } }, { value: 7 }), {
     type: "truncated_svd",
     rank: 7,
   });
-  assert.deepEqual(asked(svd, { by: "least_squares" }), { type: "none" });
+  assert.deepEqual(specOf(svd, { by: "least_squares" }), { type: "none" });
 });
 
 test("the number of other schemes is named as the interface names it, and the rest of them stays", () => {
   const spectral = { type: "spectral", count: 2, lambda_star: { criterion: "gcv" } };
-  assert.deepEqual(asked(spectral, { value: 0.5 }), {
+  assert.deepEqual(specOf(spectral, { value: 0.5 }), {
     ...spectral,
     lambda_star: { criterion: "fixed", value: 0.5 },
   });
-  assert.deepEqual(asked({ type: "ridge" }, { by: "hkb" }), { type: "ridge", parameter: { criterion: "hkb" } });
-  assert.deepEqual(asked(undefined, { by: "gcv" }), { type: "spectral", lambda_star: { criterion: "gcv" } });
+  assert.deepEqual(specOf({ type: "ridge" }, { by: "hkb" }), { type: "ridge", parameter: { criterion: "hkb" } });
+  assert.deepEqual(specOf(undefined, { by: "gcv" }), { type: "spectral", lambda_star: { criterion: "gcv" } });
 });

@@ -24,7 +24,7 @@ test("a lone value, and none, have a width too", () => {
 });
 
 test("the interface's names are taken over", () => {
-  const told = {
+  const coefficient = {
     value: 1,
     std_error: 2,
     interval: [0, 3],
@@ -32,7 +32,7 @@ test("the interface's names are taken over", () => {
     least_squares: 5,
     least_squares_std_error: 6,
   };
-  assert.deepEqual(estimateOf(told), {
+  assert.deepEqual(estimateOf(coefficient), {
     value: 1,
     error: 2,
     interval: [0, 3],

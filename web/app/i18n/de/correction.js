@@ -48,8 +48,8 @@ export default {
   csvForMachine: "CSV für die Steuerung",
   drawn: "Grafik",
   inseparable: (/** @type {string} */ names) => `nicht zu unterscheiden von ${names}`,
-  apart: "Was sich nicht unterscheiden lässt",
-  apartSentence: (names, index) =>
+  indistinguishable: "Was sich nicht unterscheiden lässt",
+  indistinguishableSentence: (names, index) =>
     `Die Wirkungen von ${names} heben sich an diesen Messpunkten fast auf${index ? ` (Konditionsindex ${index})` : ""}: Die Messung bestimmt ihre Summe, nicht jede für sich.`,
   and: "und",
   figures: "Kenngrößen vorher, vorhergesagt und gemessen",
@@ -61,8 +61,8 @@ export default {
   predicted: "Vorher\u00adgesagt",
   measured: "Gemessen",
   changed: "Änderung",
-  beyond: "Gemessen minus vorhergesagt",
-  beyondInterval: "95-%-Intervall davon",
+  lessPredicted: "Gemessen minus vorhergesagt",
+  lessPredictedInterval: "95-%-Intervall davon",
   profile_slope: "Profil-Winkel\u00adabweichung",
   helix_slope: "Flanken\u00adlinien-Winkel\u00adabweichung",
   profile_crowning_figure: "Höhen\u00adballigkeit",

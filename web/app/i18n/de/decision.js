@@ -15,7 +15,7 @@ export default {
   reason: "Begründung",
   reasonHint: "Steht später im Verlauf.",
   done: (/** @type {string} */ decision) => `Entschieden: ${decision}.`,
-  there: "Steht jetzt dort",
+  decidedNow: "Steht jetzt dort",
   yours: "Ihre Entscheidung",
   anyway: (/** @type {string} */ action) => `Trotzdem: ${action}`,
 };

@@ -52,7 +52,7 @@ export default {
   low: "untere Grenze",
   high: "obere Grenze",
   toKnow: "Hinweise",
-  notApart: "Was sich nicht unterscheiden lässt",
+  indistinguishable: "Was sich nicht unterscheiden lässt",
   inseparable: (/** @type {string} */ terms) => `nicht zu unterscheiden von ${terms}`,
   inseparableBy: (/** @type {string} */ numbers) => `nicht zu unterscheiden (${numbers})`,
   drawn: "Grafik",

@@ -36,7 +36,7 @@ export default {
   tolerance: (of) => `Toleranz, Klasse ${of}`,
   toleranceNone: "Toleranz",
   class: "Klasse",
-  beyond: "gröber als 11",
+  above11: "gröber als 11",
   single: "Teilungs-Einzelabweichung",
   cumulative: "Teilungs-Gesamtabweichung",
   sector: (k) => `Spannweite in ${k} Teilungen (ISO 1328-1:2013)`,

@@ -45,8 +45,8 @@ export default {
   csvForMachine: "CSV for the control",
   drawn: "Chart",
   inseparable: (/** @type {string} */ names) => `cannot be told apart from ${names}`,
-  apart: "What cannot be told apart",
-  apartSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>
+  indistinguishable: "What cannot be told apart",
+  indistinguishableSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>
     `The effects of ${names} nearly cancel on these nodes${index ? ` (condition index ${index})` : ""}: the measurement tells their sum, not each of them.`,
   and: "and",
   figures: "Figures before, predicted and measured",
@@ -58,8 +58,8 @@ export default {
   predicted: "Predicted",
   measured: "Measured",
   changed: "Change",
-  beyond: "Measured less predicted",
-  beyondInterval: "95 % interval of that",
+  lessPredicted: "Measured less predicted",
+  lessPredictedInterval: "95 % interval of that",
   profile_slope: "Profile slope",
   helix_slope: "Helix slope",
   profile_crowning_figure: "Profile crowning",

@@ -14,7 +14,7 @@ export default {
   reason: "Reason",
   reasonHint: "Kept in the trace.",
   done: (/** @type {string} */ decision) => `Decided: ${decision}.`,
-  there: "Stands there now",
+  decidedNow: "Stands there now",
   yours: "Yours",
   anyway: (/** @type {string} */ action) => `${action} all the same`,
 };

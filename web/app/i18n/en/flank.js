@@ -51,7 +51,7 @@ export default {
   low: "lower end",
   high: "upper end",
   toKnow: "To note",
-  notApart: "What cannot be told apart",
+  indistinguishable: "What cannot be told apart",
   inseparable: (/** @type {string} */ terms) => `cannot be told apart from ${terms}`,
   inseparableBy: (/** @type {string} */ numbers) => `cannot be told apart (${numbers})`,
   drawn: "Chart",

@@ -36,7 +36,7 @@ export default {
   tolerance: (/** @type {number} */ of) => `Tolerance, class ${of}`,
   toleranceNone: "Tolerance",
   class: "Class",
-  beyond: "beyond 11",
+  above11: "beyond 11",
   single: "Single pitch",
   cumulative: "Total cumulative pitch",
   sector: (/** @type {string} */ k) => `Range within ${k} pitches (ISO 1328-1:2013)`,
