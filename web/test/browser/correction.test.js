@@ -28,10 +28,10 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   await open(pathOf(id));
   await page.getByText("will be here after they have been computed").waitFor();
   const angle = page.getByRole("group", { name: "Profile angle" });
-  await angle.getByLabel("Least").fill("−20");
-  await angle.getByLabel("Greatest").fill("20");
+  await angle.getByLabel("Minimum").fill("−20");
+  await angle.getByLabel("Maximum").fill("20");
   await angle.getByLabel("Step").fill("0,05");
-  await page.getByRole("group", { name: "Infeed" }).getByLabel("Keep as it is").check();
+  await page.getByRole("group", { name: "Infeed" }).getByLabel("Fixed").check();
   await page.getByLabel("Noise of a deviation").fill("0.5");
   await page.getByLabel("Uncertainty of the response").fill("0.02");
   await page.getByRole("button", { name: "Compute the correction" }).click();
@@ -50,11 +50,11 @@ browserTest("a correction is asked for, entered, and compared with what was meas
     agrees(await cells.nth(2).textContent(), setting.std_error);
   }
   await page.getByText("not determined by this measurement").first().waitFor();
-  await page.getByText("No later iteration of this flank").waitFor();
+  await page.getByText("This flank and tooth have not been measured since").waitFor();
 
   await iteration(id, "flank_z52_remachined.json");
   await page.reload();
-  await page.getByText("otherwise than predicted").waitFor();
+  await page.getByText("different from predicted").waitFor();
   await loaded();
   const { answer, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
   const figures = page.getByRole("table", { name: "Figures before, predicted and measured" }).locator("tbody tr");
@@ -80,7 +80,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   assert.equal(await page.locator(".heat-map").count(), 3, "before, predicted and measured");
 
   const waiting = page.waitForEvent("download");
-  await page.getByRole("button", { name: "CSV for the control" }).click();
+  await page.getByRole("button", { name: "CSV for the controller" }).click();
   const text = await readFile(await (await waiting).path(), "utf8");
   assert.ok(text.startsWith("Identifier,CharacteristicIdentifier,CorrectionValueRelative"), text);
 });
@@ -91,20 +91,20 @@ browserTest("a refusal stands at its field, and nothing typed is lost", { status
   await iteration(id);
   await open(pathOf(id));
   const crowning = page.getByRole("group", { name: "Profile crowning" });
-  await crowning.getByLabel("Least").fill("5");
-  await crowning.getByLabel("Greatest").fill("1");
+  await crowning.getByLabel("Minimum").fill("5");
+  await crowning.getByLabel("Maximum").fill("1");
   await page.getByLabel("Target").selectOption("given");
-  await page.getByLabel("Wanted deviations").fill("1 2 x");
+  await page.getByLabel("Target deviations").fill("1 2 x");
   await page.getByRole("button", { name: "Compute the correction" }).click();
-  await page.getByText("This is no number.").waitFor();
-  await page.getByLabel("Wanted deviations").fill("1 2");
+  await page.getByText("Not a number.").waitFor();
+  await page.getByLabel("Target deviations").fill("1 2");
   await page.getByRole("button", { name: "Compute the correction" }).click();
   await crowning.locator(".fault").waitFor();
-  assert.equal(await crowning.getByLabel("Least").getAttribute("aria-invalid"), "true");
+  assert.equal(await crowning.getByLabel("Minimum").getAttribute("aria-invalid"), "true");
   await page.reload();
   await loaded();
-  assert.equal(await crowning.getByLabel("Least").inputValue(), "5");
-  assert.equal(await page.getByLabel("Wanted deviations").inputValue(), "1 2");
+  assert.equal(await crowning.getByLabel("Minimum").inputValue(), "5");
+  assert.equal(await page.getByLabel("Target deviations").inputValue(), "1 2");
 });
 
 browserTest("a setting at its limit says so, and effects by a matrix have the caller's names", {}, async (world) => {
@@ -116,8 +116,8 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, body);
   await open(pathOf(id));
   await page.getByText("at its limit").waitFor();
-  await page.getByText("Another correction").click();
-  await page.getByLabel("What the settings do").selectOption("matrix");
+  await page.getByText("New correction").click();
+  await page.getByLabel("Effect of the settings").selectOption("matrix");
   const lines = Array.from(
     { length: 135 },
     (_, i) => `${(i % 15) / 7 - 1};${Math.floor(i / 15) / 4 - 1};${(Math.floor(i / 15) / 4 - 1) * 1.001}`,
@@ -144,15 +144,15 @@ browserTest(
     const { id } = await job({ requirements });
     await iteration(id);
     await open(pathOf(id));
-    await page.getByLabel("What the settings do").selectOption("form_grinding");
+    await page.getByLabel("Effect of the settings").selectOption("form_grinding");
     await page.getByRole("button", { name: "Compute the correction" }).click();
-    await page.getByText("the middle of the limits").first().waitFor();
+    await page.getByText("middle of the limits").first().waitFor();
     await loaded();
     const { request: kept, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
     assert.equal(kept.target, undefined, "the job's own, and no zeros");
     const changes = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody tr");
     for (const [i, setting] of result.settings.entries())
-      if (setting.left) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "leave");
+      if (setting.left) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "no change");
     assert.ok(result.settings.some((/** @type {any} */ setting) => setting.left));
     const figures = page.getByRole("table", { name: "Figures before and predicted" }).locator("tbody tr");
     const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
@@ -174,7 +174,7 @@ browserTest(
     await page.reload();
     await page.getByText("predicted_outside_limits").waitFor();
     const asking = page.waitForEvent("dialog");
-    const pressed = page.getByRole("button", { name: "CSV for the control" }).click();
+    const pressed = page.getByRole("button", { name: "CSV for the controller" }).click();
     const dialog = await asking;
     assert.match(dialog.message(), /outside the limits/);
     const waiting = page.waitForEvent("download");
@@ -197,11 +197,11 @@ browserTest("what was entered is kept, and the next measurement is compared with
   const change = entered.getByRole("group", { name: "Helix crowning" }).getByLabel("Change");
   agrees(await change.inputValue(), crowning.change);
   await change.fill("one");
-  await entered.getByRole("button", { name: "Save what was entered" }).click();
-  await entered.getByText("This is no number.").waitFor();
+  await entered.getByRole("button", { name: "Save entry" }).click();
+  await entered.getByText("Not a number.").waitFor();
   await change.fill("−0,5");
   await entered.getByLabel("Note").fill("within its limits");
-  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByRole("button", { name: "Save entry" }).click();
   const rows = entered.getByRole("table", { name: "Entered" }).locator("tbody tr");
   await rows.first().waitFor();
   await loaded();
@@ -217,16 +217,16 @@ browserTest("what was entered is kept, and the next measurement is compared with
     weaker: "weaker",
     no_response: "no response",
     stronger: "stronger",
-    different: "otherwise than predicted",
+    different: "different from predicted",
     undecided: "undecided",
   };
   await page
     .getByText(`${words[/** @type {"weaker"} */ (answer.verdict)]}`, { exact: false })
     .first()
     .waitFor();
-  await page.getByText("for the changes entered").waitFor();
+  await page.getByText("for the entered changes").waitFor();
   // the form starts with the values of the entry
-  await entered.getByText("Correct this entry").click();
+  await entered.getByText("Edit entry").click();
   assert.equal(await change.inputValue(), "-0.5");
 });
 
@@ -247,9 +247,9 @@ browserTest("a value before shows the one after, and the next correction goes on
   await page.reload();
   await loaded();
   assert.equal(await before.inputValue(), "2,03");
-  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByRole("button", { name: "Save entry" }).click();
   await entered.getByRole("table", { name: "Entered" }).waitFor();
-  await entered.getByText("Correct this entry").click();
+  await entered.getByText("Edit entry").click();
   assert.equal(await before.inputValue(), "2,03", "before this correction");
   // typed after it was entered: its change is on the machine already
   await before.fill("3");
@@ -258,18 +258,18 @@ browserTest("a value before shows the one after, and the next correction goes on
   await open(`/jobs/${id}/iterations/2/correction`);
   await before.waitFor();
   assert.equal(await before.inputValue(), "17.89", "3 and the change that was entered");
-  await entered.getByRole("button", { name: "Save what was entered" }).click();
-  await entered.getByText("Correct this entry").click();
+  await entered.getByRole("button", { name: "Save entry" }).click();
+  await entered.getByText("Edit entry").click();
   assert.equal(await before.inputValue(), "17.89");
   // of the earlier correction they are no longer shown
   await open(pathOf(id));
-  await entered.getByText("Correct this entry").click();
+  await entered.getByText("Edit entry").click();
   await angle.getByLabel("Change").fill("14.5");
   assert.equal(await before.count(), 0);
-  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByRole("button", { name: "Save entry" }).click();
   await entered.getByRole("cell", { name: "+14.5" }).waitFor();
   await open(`/jobs/${id}/iterations/2/correction`);
-  await entered.getByText("Correct this entry").click();
+  await entered.getByText("Edit entry").click();
   assert.equal(await before.inputValue(), "17.89", "nor written");
   // another job on the same machine has values of its own
   const other = await job();
@@ -319,7 +319,7 @@ browserTest("a flank that the measurement does not name is said above the change
   await page.getByLabel("Flank", { exact: true }).selectOption("right");
   await page.getByRole("button", { name: "Compute the correction" }).click();
   const panel = page.getByRole("region", { name: "Changes of the machine settings", exact: true });
-  const banner = panel.getByText("the right one was chosen for this correction");
+  const banner = panel.getByText("the right flank was assumed for this correction");
   await banner.waitFor();
   await loaded();
   const above = (await banner.boundingBox())?.y ?? 0;
@@ -331,7 +331,7 @@ browserTest("a flank that the measurement does not name is said above the change
   assert.equal(await banner.count(), 0, "now the measurement names it");
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { flank: "left" });
   await page.reload();
-  await panel.getByText("now of the left flank; this correction is for the right one").waitFor();
+  await panel.getByText("now assigned to the left flank; this correction is for the right flank").waitFor();
   assert.equal(await banner.count(), 0);
   // a request without a flank has that of the iteration
   const { id: named } = await job();
@@ -345,7 +345,7 @@ browserTest("a flank that the measurement does not name is said above the change
   assert.equal(await panel.locator(".note.warn").count(), 0);
   await call("PATCH", `/v1/jobs/${named}/iterations/1`, { flank: "right" });
   await page.reload();
-  await panel.getByText("now of the right flank; this correction is for the left one").waitFor();
+  await panel.getByText("now assigned to the right flank; this correction is for the left flank").waitFor();
 });
 
 browserTest("the other flank is predicted once it was measured", {}, async (world) => {
@@ -388,7 +388,7 @@ browserTest("axe finds nothing in an open form", {}, async (world) => {
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
   await open(pathOf(id));
-  await page.getByText("Another correction").click();
+  await page.getByText("New correction").click();
   await accessible();
 });
 

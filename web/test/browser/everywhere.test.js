@@ -59,7 +59,7 @@ browserTest(
     await open("/jobs");
     await page.route("**/app/pages/settings.js", (route) => route.fulfill({ status: 404, body: "" }));
     await page.getByRole("link", { name: "Settings" }).click();
-    await page.getByText("The dashboard has been renewed on the server.").waitFor();
+    await page.getByText("A new version of the dashboard is available.").waitFor();
     await page.unroute("**/app/pages/settings.js");
     await page.getByRole("button", { name: "Reload" }).click();
     await page.getByRole("heading", { name: "Settings" }).waitFor();

@@ -26,7 +26,7 @@ browserTest("curves of a tester become an iteration with its charts", {}, async 
   const { id } = await job({ gear: SPUR });
   await open(`/jobs/${id}/measure`);
   await page.setInputFiles(picker, file("1.mka", curvesFile()));
-  await page.locator(".queue-entry", { hasText: "curves of a gear tester" }).waitFor();
+  await page.locator(".queue-entry", { hasText: "gear tester curves" }).waitFor();
   // the gear of the file is read before it is sent
   await page.locator(".queue-entry .gears", { hasText: "z 52" }).waitFor();
   // and its traces: of each as many samples as the file has
@@ -79,7 +79,7 @@ browserTest("of a REXS model the gear is named, and its topography is a map", { 
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
   await loaded();
-  await page.locator('[data-extreme="greatest"]', { hasText: "26.0 µm" }).waitFor();
+  await page.locator('[data-extreme="maximum"]', { hasText: "26.0 µm" }).waitFor();
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
@@ -114,8 +114,8 @@ browserTest("points in space become a map of what stands out of the flank", {}, 
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
   await loaded();
-  await page.locator('[data-extreme="greatest"]', { hasText: "8.0 µm" }).waitFor();
-  await page.locator('[data-extreme="least"]', { hasText: "5.0 µm" }).waitFor();
+  await page.locator('[data-extreme="maximum"]', { hasText: "8.0 µm" }).waitFor();
+  await page.locator('[data-extreme="minimum"]', { hasText: "5.0 µm" }).waitFor();
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
@@ -134,7 +134,7 @@ browserTest("a file of values shows its gear, and is no measurement", {}, async 
     );
   assert.deepEqual(listed, [
     ["fHb links 1", "fHβ", "left", "Tooth 1", "−2.9 µm"],
-    ["Fr", "Fr", "–", "the gear", "30.1 µm"],
+    ["Fr", "Fr", "–", "gear", "30.1 µm"],
   ]);
   assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
   assert.equal(await entry.getByRole("alert").count(), 0);
@@ -149,7 +149,7 @@ browserTest(
     const nodes = JSON.parse(await example("flank_z52.json"));
     nodes.note = "x".repeat(70_000);
     await page.setInputFiles(picker, file("large.json", JSON.stringify(nodes)));
-    await page.locator(".queue-entry").getByText("The server takes at most 66 kB").waitFor();
+    await page.locator(".queue-entry").getByText("The server accepts at most 66 kB").waitFor();
     assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
     assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
   },
@@ -179,7 +179,7 @@ browserTest("a file that was written anew since it was read is not sent", {}, as
   await page.locator(".queue-entry canvas").waitFor();
   await writeFile(place, "u,v,z\n1,1,1\n1,2,2\n2,1,3\n2,2,5\n3,1,9\n3,2,9\n");
   await page.getByRole("button", { name: "Store as iteration" }).click();
-  await page.locator(".queue-entry").getByText("This file was changed after it was read here.").waitFor();
+  await page.locator(".queue-entry").getByText("This file has changed since it was read.").waitFor();
   await page.locator(".queue-entry").getByText("changed", { exact: true }).waitFor();
   assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
   await rm(folder, { recursive: true });
@@ -203,7 +203,7 @@ browserTest("the same file twice by one key is one iteration, over a reload too"
   });
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await doNotSendAgain(page);
-  await page.locator(".queue-entry").getByText("The server does not answer").waitFor();
+  await page.locator(".queue-entry").getByText("The server is not responding").waitFor();
   reloaded = true;
   await page.reload();
   await loaded();
@@ -235,7 +235,7 @@ browserTest("what takes long shows how far it is, and ends when it is cancelled"
   const entry = page.locator(".queue-entry");
   await entry.getByText(/^\d+\u202f%/).waitFor();
   await entry.getByRole("button", { name: "Cancel" }).click();
-  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  await page.getByText("Cancelled. Data that had already arrived may be stored").waitFor();
   await entry.getByText("not sent yet").waitFor();
   assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
 });

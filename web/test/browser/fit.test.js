@@ -66,7 +66,7 @@ browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page
   await page.getByRole("columnheader", { name: "95 % interval" }).waitFor();
   await page.getByLabel("Layer").selectOption({ label: "Residual" });
   const greatest = Math.max(...result.residuals.values);
-  await page.locator('[data-extreme="greatest"]', { hasText: `${greatest.toFixed(1)} µm` }).waitFor();
+  await page.locator('[data-extreme="maximum"]', { hasText: `${greatest.toFixed(1)} µm` }).waitFor();
   for (const { code } of result.warnings)
     assert.equal(await page.getByText(code, { exact: true }).count(), code === "norm_limit_is_estimate" ? 0 : 1, code);
   assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
@@ -198,11 +198,11 @@ browserTest("a fit whose figures are not computed says so", {}, async ({ page, o
   await open("/fit");
   await page.getByLabel("Drop a file here").setInputFiles({ name: "l.json", mimeType: "application/json", buffer });
   const measured = page.getByRole("region", { name: "Measured quantity" });
-  await measured.getByText("With the flank, the axes").waitFor();
+  await measured.getByText("require the flank, the axes").waitFor();
   await measured.getByLabel("Teeth z").fill("52");
   await measured.getByLabel("Normal module").fill("1");
-  await measured.getByText("The page shows no slopes").waitFor();
-  assert.equal(await measured.getByText("With the flank, the axes").count(), 0);
+  await measured.getByText("Slopes, crownings and twist are not shown").waitFor();
+  assert.equal(await measured.getByText("require the flank, the axes").count(), 0);
   await loaded();
 });
 

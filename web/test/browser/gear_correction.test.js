@@ -30,9 +30,9 @@ browserTest("settings for both flanks are computed from the mean over their teet
   const { result, method } = await call("GET", `/v1/jobs/${id}/correction`);
   assert.equal(method, "generating_grinding");
   const fact = (/** @type {string} */ name) => panel.locator(`dt:text-is('${name}') + dd`).textContent();
-  assert.deepEqual(await Promise.all(["Machine", "Aims at", "Left flank", "Right flank"].map(fact)), [
+  assert.deepEqual(await Promise.all(["Machine", "Target", "Left flank", "Right flank"].map(fact)), [
     "Generating grinding",
-    "the job’s design",
+    "design of the job",
     "one tooth",
     "one tooth",
   ]);
@@ -88,7 +88,7 @@ browserTest("settings of one flank say which, and what was entered is compared",
     );
   }
   const waiting = page.waitForEvent("download");
-  await panel.getByRole("button", { name: "CSV for the control" }).click();
+  await panel.getByRole("button", { name: "CSV for the controller" }).click();
   const file = await readFile(await (await waiting).path(), "utf8");
   const response = await fetch(`${world.server.url}/v1/jobs/${id}/correction`, { headers: { accept: "text/csv" } });
   assert.equal(file, await response.text());
@@ -97,7 +97,7 @@ browserTest("settings of one flank say which, and what was entered is compared",
 
   await panel.getByRole("group", { name: "Profile angle, left" }).getByLabel("Change").fill("15");
   await panel.getByLabel("Note").fill("rounded at the control");
-  await panel.getByRole("button", { name: "Save what was entered" }).click();
+  await panel.getByRole("button", { name: "Save entry" }).click();
   const entered = panel.getByRole("table", { name: "Entered" }).locator("tbody tr");
   await entered.first().waitFor();
   await loaded();
@@ -110,7 +110,7 @@ browserTest("settings of one flank say which, and what was entered is compared",
   await iteration(id, "flank_z52_remachined.json");
   await iteration(id, "flank_z52_right_remachined.json");
   await page.reload();
-  await panel.getByRole("heading", { name: "How the machine answered" }).waitFor();
+  await panel.getByRole("heading", { name: "Response of the machine" }).waitFor();
   await loaded();
   const { answer } = await call("GET", `/v1/jobs/${id}/correction`);
   agrees(await panel.locator("dt:text-is('Response ratio') + dd .figure").textContent(), answer.response_ratio);

@@ -18,7 +18,7 @@ browserTest("the table of a map has its nodes, the first of many, and its file a
   const rows = page.locator(".flank-map tbody tr");
   await rows.first().waitFor();
   assert.equal(await rows.count(), 2000);
-  await page.getByText("The first 2,000 of 3,000 nodes; the file has all.").waitFor();
+  await page.getByText("The first 2,000 of 3,000 nodes; the file contains all.").waitFor();
   const cells = await rows.nth(51).locator(".cell").allTextContents();
   const [at, along, height = Number.NaN] = cells.map((text) => Number(text.replace("−", "-")));
   assert.deepEqual([at, along], [1.1, 1.1]);

@@ -343,7 +343,7 @@ const LOST =
  */
 export const doNotSendAgain = (page) =>
   page
-    .getByRole("button", { name: "Do not send it again" })
+    .getByRole("button", { name: "Do not resend" })
     .click({ timeout: 15_000 })
     .catch(() => {});
 
@@ -411,9 +411,9 @@ function world(page, server) {
     startAgain: async () => {
       await server.start();
       // the page also asks by itself, and then there is nothing to press any more
-      const pressed = page.getByRole("button", { name: "Ask now" }).click();
+      const pressed = page.getByRole("button", { name: "Retry now" }).click();
       pressed.catch(() => {});
-      await page.getByText("Not live since").waitFor({ state: "detached" });
+      await page.getByText("Not updated since").waitFor({ state: "detached" });
     },
   };
 }

@@ -16,8 +16,8 @@ browserTest("the map names the least and the greatest node", {}, async ({ page, 
   await open(map(id, 1));
   const { z } = await call("GET", `/v1/jobs/${id}/iterations/1/nodes`);
   for (const [name, sign] of /** @type {const} */ ([
-    ["least", -1],
-    ["greatest", 1],
+    ["minimum", -1],
+    ["maximum", 1],
   ])) {
     const all = z.flatMap((/** @type {(number | null)[]} */ heights, /** @type {number} */ row) =>
       heights.flatMap((height, column) => (height === null ? [] : [{ z: height, row, column }])),
@@ -45,18 +45,18 @@ browserTest(
     const fit = made.fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
     const { result } = await call("GET", `/v1/jobs/${id}/iterations/2/fits/${fit.id}?include=residuals,fitted`);
     const greatest = Math.max(...result.residuals.values);
-    await page.locator('[data-extreme="greatest"]', { hasText: digits(greatest) }).waitFor();
+    await page.locator('[data-extreme="maximum"]', { hasText: digits(greatest) }).waitFor();
     await page.getByLabel("Layer").selectOption({ label: "Fitted" });
     const top = Math.max(...result.residuals.fitted);
-    await page.locator('[data-extreme="greatest"]', { hasText: digits(top) }).waitFor();
-    await page.getByLabel("Layer").selectOption({ label: "Difference to another iteration" });
+    await page.locator('[data-extreme="maximum"]', { hasText: digits(top) }).waitFor();
+    await page.getByLabel("Layer").selectOption({ label: "Difference from another iteration" });
     const [first, second] = await Promise.all([1, 2].map((n) => call("GET", `/v1/jobs/${id}/iterations/${n}/nodes`)));
     const differences = second.z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
       row.flatMap((z, j) => (z === null || first.z[i][j] === null ? [] : [z - first.z[i][j]])),
     );
     const most = Math.max(...differences);
-    await page.locator('[data-extreme="greatest"]', { hasText: digits(most) }).waitFor();
-    const slider = page.getByRole("slider", { name: /less iteration 1/ });
+    await page.locator('[data-extreme="maximum"]', { hasText: digits(most) }).waitFor();
+    const slider = page.getByRole("slider", { name: /minus iteration 1/ });
     await slider.focus();
     await page.keyboard.press("ArrowRight");
     await page.keyboard.press("ArrowUp");
@@ -66,7 +66,7 @@ browserTest(
     await page.waitForURL(/zoom=/);
     await page.reload();
     await loaded();
-    assert.equal(await page.getByRole("slider", { name: /less iteration 1/ }).getAttribute("aria-valuetext"), said);
+    assert.equal(await page.getByRole("slider", { name: /minus iteration 1/ }).getAttribute("aria-valuetext"), said);
     await page.getByRole("button", { name: "Whole flank" }).click();
     await page.waitForURL((url) => !url.search.includes("zoom"));
   },
@@ -76,7 +76,7 @@ browserTest("a map from the design", {}, async ({ page, open, loaded, job, itera
   const { id } = await job({ requirements: { design: { profile_crowning_um: 8, helix_crowning_um: 5 } } });
   await iteration(id);
   await open(map(id, 1));
-  await page.getByLabel("Layer").selectOption({ label: "Measured, from the design" });
+  await page.getByLabel("Layer").selectOption({ label: "Measured, relative to the design" });
   await page.waitForURL(/layer=from_design/);
   await loaded();
   const [{ z }, { deviation_um: design }] = await Promise.all(
@@ -86,8 +86,8 @@ browserTest("a map from the design", {}, async ({ page, open, loaded, job, itera
   const left = z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
     row.flatMap((height, k) => (height === null ? [] : [height - design[i * columns + k]])),
   );
-  await page.locator('[data-extreme="greatest"]', { hasText: digits(Math.max(...left)) }).waitFor();
-  await page.locator('[data-extreme="least"]', { hasText: digits(Math.min(...left)) }).waitFor();
+  await page.locator('[data-extreme="maximum"]', { hasText: digits(Math.max(...left)) }).waitFor();
+  await page.locator('[data-extreme="minimum"]', { hasText: digits(Math.min(...left)) }).waitFor();
   // without a design there is no such layer
   const plain = await job();
   await iteration(plain.id);
@@ -135,10 +135,10 @@ browserTest(
     await dialog.getByLabel("Reason").fill("within the limits");
     await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "rejected", reason: "burnt" });
     await dialog.getByRole("button", { name: "Accept" }).click();
-    await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
+    await dialog.getByText("Changed by someone else in the meantime").waitFor();
     await dialog.getByText("rejected").waitFor();
     assert.equal(await dialog.getByLabel("Reason").inputValue(), "within the limits");
-    await dialog.getByRole("button", { name: "Accept all the same" }).click();
+    await dialog.getByRole("button", { name: "Accept anyway" }).click();
     await page.getByText("Decided: accepted.").waitFor();
     assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).decision, "accepted");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);

@@ -65,12 +65,12 @@ browserTest("a change by somebody else shows both versions", { statuses: [412] }
   await page.getByLabel("Machine").fill("mine");
   await call("PATCH", `/v1/jobs/${id}`, { machine: "theirs", serial_number: "S-99" });
   await page.getByRole("button", { name: "Save" }).click();
-  await page.getByText("Somebody else has changed this job meanwhile. Both versions:").waitFor();
+  await page.getByText("Someone else has changed this job in the meantime. Both versions:").waitFor();
   const rows = page.getByRole("dialog").getByRole("row");
-  assert.deepEqual(await rows.nth(1).locator(".cell").allTextContents(), ["Serial number", "not touched", "S-99"]);
+  assert.deepEqual(await rows.nth(1).locator(".cell").allTextContents(), ["Serial number", "unchanged", "S-99"]);
   assert.deepEqual(await rows.nth(2).locator(".cell").allTextContents(), ["Machine", "mine", "theirs"]);
   assert.equal(await rows.count(), 3, "only what differs");
-  await page.getByRole("button", { name: "Save mine over it" }).click();
+  await page.getByRole("button", { name: "Overwrite with mine" }).click();
   await page.getByText("The job has been changed.").waitFor();
   const saved = await call("GET", `/v1/jobs/${id}`);
   assert.deepEqual([saved.machine, saved.serial_number], ["mine", "S-99"], "what only they changed stays theirs");
@@ -123,9 +123,9 @@ browserTest("only a job without iterations is deleted", { alone: true }, async (
 
 browserTest("a job that is not there has a way back", { statuses: [404] }, async ({ page, open }) => {
   await open("/jobs/0190b0de-0000-7000-8000-000000000000");
-  await page.getByRole("heading", { name: "This is not there" }).waitFor();
+  await page.getByRole("heading", { name: "Not found" }).waitFor();
   assert.match((await page.getByRole("alert").textContent()) ?? "", /Request/);
-  await page.getByRole("link", { name: "Back to the jobs" }).click();
+  await page.getByRole("link", { name: "Back to jobs" }).click();
   await page.getByRole("heading", { name: "Jobs" }).waitFor();
 });
 
@@ -154,7 +154,7 @@ browserTest(
       });
     });
     await open(`/jobs/${id}`);
-    await page.getByText("It will be asked again in 70 s.").waitFor();
+    await page.getByText("Retrying in 70 s.").waitFor();
     // time goes on by itself beside what is let pass here, so that less than all of it may be enough
     await page.clock.runFor(40_000);
     assert.equal(refused, 1);
@@ -173,9 +173,9 @@ browserTest(
     await page.getByText("stays", { exact: true }).waitFor();
     await server.stop();
     await page.getByRole("link", { name: "Settings" }).click();
-    await page.getByText(/Not live since \d\d:\d\d:\d\d/).waitFor();
+    await page.getByText(/Not updated since \d\d:\d\d:\d\d/).waitFor();
     const request = page.waitForRequest((request) => request.url().endsWith("/healthz"));
-    await page.getByRole("button", { name: "Ask now" }).click();
+    await page.getByRole("button", { name: "Retry now" }).click();
     await request;
     await page.getByRole("link", { name: "Jobs", exact: true }).click();
     await page.getByText("stays", { exact: true }).waitFor();
@@ -222,7 +222,7 @@ browserTest(
     await open(`/jobs/${id}`);
     await page.getByText("will be here after the first measurement").waitFor();
     await server.stop();
-    await page.getByText("Not live since").waitFor();
+    await page.getByText("Not updated since").waitFor();
     await startAgain();
     await iteration(id);
     await page.getByText("Decide on iteration 1").waitFor();
@@ -242,7 +242,7 @@ browserTest("what lies outside its limits is named first, on the job and on its 
   await page.getByText("these figures are outside their limits").waitFor();
   assert.equal(await page.locator(".next-figures li").count(), outside.length);
   await page.getByRole("link", { name: "Correct", exact: true }).waitFor();
-  await page.getByRole("link", { name: "Look at the map and decide" }).click();
+  await page.getByRole("link", { name: "Check the map and decide" }).click();
   const tiles = page.getByRole("list", { name: "Slopes, crownings, twist" }).locator("li");
   await tiles.first().waitFor();
   assert.equal(await tiles.count(), figures.length);
@@ -272,18 +272,18 @@ browserTest(
     };
     await leads("", "of each iteration will be here after the first measurement");
     await leads("/trace", "will be listed here after the first measurement");
-    await leads("/report", "The report will be here");
+    await leads("/report", "The report appears here");
     await page.locator(".empty .button").click();
     await page.waitForURL(`**${measure}`);
     await loaded();
     await iteration(id);
     const evaluation = "/iterations/1/evaluation";
-    await leads(evaluation, "Evaluated profiles, helices and pitches will be here");
+    await leads(evaluation, "Evaluated profiles, helices and pitches appear here");
     await open(`/jobs/${id}/iterations/1/correction`);
     await page.getByText("will be here after they have been computed").waitFor();
     assert.equal(await page.locator("main .button.primary").count(), 1, "computes them");
     await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await example("requests/gear_evaluate.json"));
-    await leads(evaluation, "Pitches and run-out will be here");
+    await leads(evaluation, "Pitches and run-out appear here");
   },
 );
 
@@ -293,6 +293,6 @@ browserTest("pitches without evaluated traces have a page of their own kind", {}
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/pitch`, await example("requests/iteration_pitch.json"));
   await open(`/jobs/${id}/iterations/1/evaluation`);
-  await page.locator(".empty", { hasText: "Evaluated profiles and helices will be here" }).waitFor();
+  await page.locator(".empty", { hasText: "Evaluated profiles and helices appear here" }).waitFor();
   await page.getByRole("heading", { name: "Pitch and run-out" }).waitFor();
 });

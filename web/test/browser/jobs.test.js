@@ -7,9 +7,9 @@ import { browserTest, example } from "./harness.js";
 browserTest("an empty list says what to do next", { alone: true }, async ({ page, open }) => {
   await open("/");
   assert.equal(new URL(page.url()).pathname, "/jobs");
-  await page.getByText("Jobs will be listed here").waitFor();
+  await page.getByText("Jobs are listed here").waitFor();
   // one action, and what there is to read
-  assert.deepEqual(await page.locator("main .button").allTextContents(), ["New job", "Documentation of the interface"]);
+  assert.deepEqual(await page.locator("main .button").allTextContents(), ["New job", "API documentation"]);
   await page.locator("main .button.primary", { hasText: "New job" }).waitFor();
   assert.equal(await page.title(), "Jobs – flankfit");
 });
@@ -99,7 +99,7 @@ browserTest(
     assert.equal(await page.getByLabel("Search").inputValue(), "SUN");
     assert.equal(await page.locator("tbody tr").count(), 1);
     await page.getByLabel("Search").fill("no such thing");
-    await page.getByText("No job matches this.").waitFor();
+    await page.getByText("No matching jobs.").waitFor();
     await page.getByRole("link", { name: "Show all jobs" }).click();
     await page.getByRole("link", { name: "Planet gear" }).waitFor();
     // the list is there before the field follows the address
@@ -110,11 +110,11 @@ browserTest(
     await page.getByLabel("Tag").fill("cell:B");
     const today = new Date().toLocaleDateString("sv", { timeZone: "Europe/Berlin" });
     await page.getByLabel("Changed from").fill(today);
-    await page.getByLabel("Changed up to").fill("2020-01-01");
-    await page.getByText("This day is before the first.").waitFor();
+    await page.getByLabel("Changed until").fill("2020-01-01");
+    await page.getByText("This date is before the first.").waitFor();
     await page.getByRole("button", { name: "Apply" }).click();
     assert.ok(!page.url().includes("part="), "nothing is asked that cannot be");
-    await page.getByLabel("Changed up to").fill(today);
+    await page.getByLabel("Changed until").fill(today);
     await page.getByRole("button", { name: "Apply" }).click();
     await page.waitForURL(/part=4711&tag=cell%3AB/);
     await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
@@ -137,7 +137,7 @@ browserTest(
   async ({ page, open, job }) => {
     await job();
     await open("/jobs?status=nonsense");
-    await page.getByRole("heading", { name: "The request is invalid" }).waitFor();
+    await page.getByRole("heading", { name: "Invalid request" }).waitFor();
     await page.getByRole("navigation", { name: "Jobs by status" }).getByRole("link", { name: "All 1" }).click();
     await page.getByRole("link", { name: "Pump gear" }).waitFor();
   },
@@ -230,7 +230,7 @@ for (const density of ["comfortable", "compact"]) {
     await page.locator("thead", { hasText: "Condition" }).waitFor({ state: "detached" });
     const left = every.filter((name) => !away.includes(name));
     assert.deepEqual(await heads(), left);
-    assert.equal(await page.getByText("RMS in the unit of each job’s heights").count(), 0);
+    assert.equal(await page.getByText("RMS, in the unit of the heights of each job").count(), 0);
     assert.equal(await page.locator(".list-hint").count(), 0);
     await page.keyboard.press("Escape");
     await menu.getByLabel("RMS").waitFor({ state: "hidden" });
@@ -243,7 +243,7 @@ for (const density of ["comfortable", "compact"]) {
     assert.match(head ?? "", /RMS,Condition/, "the file has all");
     await menu.getByText("Columns").click();
     await menu.getByLabel("RMS").check();
-    await page.getByText("RMS in the unit of each job’s heights").waitFor();
+    await page.getByText("RMS, in the unit of the heights of each job").waitFor();
     assert.deepEqual(
       await heads(),
       every.filter((name) => name === "RMS" || !away.includes(name)),

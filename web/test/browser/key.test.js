@@ -16,7 +16,7 @@ browserTest(
     const dialog = page.getByRole("dialog", { name: "API key" });
     await dialog.getByLabel("Key", { exact: true }).fill("wrong");
     await dialog.getByRole("button", { name: "Use this key" }).click();
-    await page.getByRole("heading", { name: "The API key cannot be used" }).waitFor();
+    await page.getByRole("heading", { name: "Invalid API key" }).waitFor();
     await dialog.getByLabel("Key", { exact: true }).fill(KEY);
     await dialog.getByRole("button", { name: "Use this key" }).click();
     await page.getByText("guarded").waitFor();
@@ -46,9 +46,9 @@ browserTest(
     await page.getByLabel("With gear data").uncheck();
     await page.getByLabel("Name", { exact: true }).fill("not mine to make");
     await page.getByRole("button", { name: "Create the job" }).click();
-    await page.getByText("The present key may not do this.").waitFor();
+    await page.getByText("The current key lacks permission.").waitFor();
     await page.keyboard.press("Escape");
-    await page.getByRole("heading", { name: "This key may not do that" }).waitFor();
+    await page.getByRole("heading", { name: "This key lacks permission" }).waitFor();
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "not mine to make");
   },
 );
@@ -61,7 +61,7 @@ browserTest(
     await open("/jobs");
     const dialog = page.getByRole("dialog", { name: "API key" });
     await dialog.getByLabel("Key", { exact: true }).fill(KEY);
-    await dialog.getByLabel("Keep it in this browser").check();
+    await dialog.getByLabel("Remember in this browser").check();
     await dialog.getByRole("button", { name: "Use this key" }).click();
     await page.getByText("guarded").waitFor();
     const places = () =>

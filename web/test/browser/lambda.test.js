@@ -33,7 +33,7 @@ browserTest("gcv is shown, kept and let stand: in the trace and the interface", 
       );
   for (const choice of fit.result.regularization.choices) {
     const row = page
-      .getByRole("table", { name: "What each criterion would choose" })
+      .getByRole("table", { name: "Choices of the criteria" })
       .getByRole("row")
       .filter({ has: page.locator("code", { hasText: new RegExp(`^${choice.criterion}$`) }) });
     const cells = await row.locator(".cell").allTextContents();
@@ -48,14 +48,14 @@ browserTest("gcv is shown, kept and let stand: in the trace and the interface", 
   await page.getByRole("button", { name: "Show the refit by gcv" }).click();
   await page.getByText("not stored").waitFor();
   await loaded();
-  await page.getByRole("button", { name: "Keep", exact: true }).click();
+  await page.getByRole("button", { name: "Store", exact: true }).click();
   await page.getByRole("dialog").getByLabel("Reason").fill("GCV agrees with the error budget");
-  await page.getByRole("dialog").getByRole("button", { name: "Keep" }).click();
-  await page.getByText("The refit is kept.").waitFor();
-  await page.getByRole("button", { name: "Let it stand" }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Store" }).click();
+  await page.getByText("The refit has been stored.").waitFor();
+  await page.getByRole("button", { name: "Choose this fit" }).click();
   await page.getByRole("dialog").getByLabel("Reason").fill("as agreed");
-  await page.getByRole("dialog").getByRole("button", { name: "Let it stand" }).click();
-  await page.getByText("This fit stands now.").waitFor();
+  await page.getByRole("dialog").getByRole("button", { name: "Choose this fit" }).click();
+  await page.getByText("This fit is now the chosen one.").waitFor();
   const trace = await call("GET", `/v1/jobs/${id}/trace`);
   const [traced] = trace.iterations;
   const kept = traced.fits.find((/** @type {any} */ one) => one.chosen);
@@ -111,7 +111,7 @@ browserTest("the slider shows the interface's own values; quick moves end in the
     regularization: { ...spec.regularization, lambda_star: { criterion: "fixed", value } },
   });
   const said = (/** @type {number[]} */ all) =>
-    `Least ${f.um(Math.min(...all))}\u202fµm, greatest ${f.um(Math.max(...all))}\u202fµm.`;
+    `Minimum ${f.um(Math.min(...all))}\u202fµm, maximum ${f.um(Math.max(...all))}\u202fµm.`;
   const map = page.locator(".lambda-map");
   await map.getByText(said(expected.residuals.values), { exact: true }).waitFor();
   await map.getByLabel("Layer").selectOption("fitted");
@@ -219,14 +219,14 @@ browserTest("keeping a refit that takes long ends when it is cancelled", {}, asy
   });
   await open(`/jobs/${id}/iterations/1/lambda?lambda=1e-3`);
   await loaded();
-  await page.getByRole("button", { name: "Keep", exact: true }).click();
+  await page.getByRole("button", { name: "Store", exact: true }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Reason").fill("to be stopped");
-  await dialog.getByRole("button", { name: "Keep" }).click();
+  await dialog.getByRole("button", { name: "Store" }).click();
   await dialog.getByRole("progressbar").waitFor();
   await dialog.getByText(/^\d+\u202f%/).waitFor();
   await dialog.getByRole("button", { name: "Cancel" }).click();
-  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  await page.getByText("Cancelled. Data that had already arrived may be stored").waitFor();
   assert.equal(await dialog.getByLabel("Reason").inputValue(), "to be stopped");
   const { fits } = await call("GET", `/v1/jobs/${id}/iterations/1`);
   assert.equal(fits.length, 1);

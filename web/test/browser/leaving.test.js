@@ -23,9 +23,9 @@ async function leaves(page, { lost, send, leave, shown }) {
     return route.abort("connectionreset");
   });
   await send();
-  await page.getByText("What you have sent waits").waitFor();
+  await page.getByText("Your input is queued").waitFor();
   await leave();
-  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  await page.getByText("Cancelled. Data that had already arrived may be stored").waitFor();
   const left = tries;
   assert.ok(left > 0 && left < 5, `it was tried ${left} times`);
   await page.clock.runFor(60_000);
@@ -55,8 +55,8 @@ browserTest("an evaluation", { offline: true }, async ({ page, open, job, iterat
   const evaluations = `/v1/jobs/${id}/iterations/1/evaluations`;
   await call("POST", evaluations, JSON.parse(await example("requests/gear_evaluate.json")));
   await open(`/jobs/${id}/iterations/1/evaluation`);
-  await page.getByText("Evaluate with other ranges, sign or class").click();
-  await page.getByLabel("Class to conform to").selectOption("6");
+  await page.getByText("Evaluate with different ranges, sign or class").click();
+  await page.getByLabel("Required class").selectOption("6");
   await leaves(page, {
     lost: "**/evaluations",
     send: () => page.getByRole("button", { name: "Evaluate", exact: true }).click(),
@@ -89,12 +89,12 @@ browserTest("a refit that is kept, whose dialog is closed", { offline: true }, a
   const path = `/jobs/${id}/iterations/1/lambda`;
   await open(`${path}?lambda=1e-3`);
   await loaded();
-  await page.getByRole("button", { name: "Keep", exact: true }).click();
+  await page.getByRole("button", { name: "Store", exact: true }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Reason").fill("not meant");
   await leaves(page, {
     lost: "**/fits",
-    send: () => dialog.getByRole("button", { name: "Keep" }).click(),
+    send: () => dialog.getByRole("button", { name: "Store" }).click(),
     leave: () => page.keyboard.press("Escape"),
     shown: path,
   });

@@ -31,7 +31,7 @@ browserTest("beside the map stands the fit: facts, coefficients, errors, interva
       .getByRole("region", { name, exact: true })
       .locator("dl > div")
       .evaluateAll((all) => all.map((one) => [...one.children].map((part) => part.textContent)));
-  assert.deepEqual(await facts("Figures of the standing fit"), [
+  assert.deepEqual(await facts("Figures of the chosen fit"), [
     ["RMS of the residuals", `${f.three(residuals.rms)} µm`],
     ["Greatest residual", `${f.three(residuals.max_abs)} µm`],
     ["Standard deviation σ̂", `${f.three(residuals.sigma)} µm`],
@@ -85,8 +85,8 @@ browserTest("a correction has its layers: what it predicts, and what answered it
     const heights = withoutMean(answered);
     const there = heights.filter((one) => one !== null);
     for (const [key, most] of /** @type {const} */ ([
-      ["least", Math.min(...there)],
-      ["greatest", Math.max(...there)],
+      ["minimum", Math.min(...there)],
+      ["maximum", Math.max(...there)],
     ])) {
       const index = heights.indexOf(most);
       const place = `row ${Math.floor(index / v.length) + 1}, column ${(index % v.length) + 1}`;
@@ -109,15 +109,15 @@ browserTest("a correction has its layers: what it predicts, and what answered it
   const heat = page.locator(".heat-map").first();
   const cross = () => heat.locator(".map-crosshair circle").getAttribute("cx").then(Number);
   near(await cross(), axisOf((await drawnIn(heat)).x, "linear")(v[column]), "mm");
-  await page.getByRole("button", { name: "In % of the range" }).click();
+  await page.getByRole("button", { name: "As % of the range" }).click();
   await heat.getByText("Face width / %").waitFor();
   near(await cross(), axisOf((await drawnIn(heat)).x, "linear")(share), "per cent");
 
   // a scale by hand, beyond which heights are counted
   const beyond = withoutMean(answer.measured_um).filter((z) => z !== null && Math.abs(z) > 2);
-  await page.getByLabel("Scale up to").selectOption({ label: "±2" });
+  await page.getByLabel("Scale limit").selectOption({ label: "±2" });
   await page.waitForURL(/limit=2/);
-  await page.getByText(`${beyond.length} heights beyond the scale`).waitFor();
+  await page.getByText(`${beyond.length} heights outside the scale`).waitFor();
   const ends = await page.locator(".map-legend text").allTextContents();
   assert.deepEqual([ends[0], ends.at(-1)], ["−2", "2"]);
 });
@@ -144,7 +144,7 @@ browserTest("maps of a job share one scale, labelled in full, and a tab keeps wh
 
   await page.getByLabel("Layer").selectOption({ label: "Fitted" });
   await page.getByRole("button", { name: "Contours" }).click();
-  await page.getByLabel("Scale up to").selectOption({ label: "±5" });
+  await page.getByLabel("Scale limit").selectOption({ label: "±5" });
   await page.waitForURL(/limit=5/);
   assert.deepEqual(await ends(), [-5, -2.5, 0, 2.5, 5]);
   const seen = new URL(page.url()).search;

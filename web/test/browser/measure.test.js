@@ -26,8 +26,8 @@ browserTest(
     await page.getByLabel("Operator").fill("A. B.");
     await page.getByRole("button", { name: "Store as iteration" }).click();
     await page.waitForURL(`**/jobs/${id}/iterations/1`);
-    await page.locator('[data-extreme="least"]', { hasText: "row 1, column 15" }).waitFor();
-    await page.locator('[data-extreme="greatest"]', { hasText: "row 8, column 7" }).waitFor();
+    await page.locator('[data-extreme="minimum"]', { hasText: "row 1, column 15" }).waitFor();
+    await page.locator('[data-extreme="maximum"]', { hasText: "row 8, column 7" }).waitFor();
     const made = await call("GET", `/v1/jobs/${id}/iterations/1`);
     assert.deepEqual([made.operator, made.node_count, made.tooth], ["A. B.", 135, "1"]);
   },
@@ -44,7 +44,7 @@ browserTest(
     request.nodes.z[3][7] = "n/a";
     await page.getByLabel("Note").fill("after the </script> first cut");
     await page.setInputFiles(picker, file("bad.json", JSON.stringify(request)));
-    await page.getByText("One cell is no number:").waitFor();
+    await page.getByText("One cell is not a number:").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
     await page.locator('[data-faults="nodes"]', { hasText: "row 4, column 8" }).waitFor();
     await loaded();
@@ -107,7 +107,7 @@ browserTest(
     // the next table of this form is proposed by the same mapping
     await open(`/jobs/${id}/measure`);
     await page.setInputFiles(picker, file("links.csv", await example("files/flank_german.csv")));
-    await entry.getByText("Remembered from the last table of this form.").waitFor();
+    await entry.getByText("Taken from the last table of this format.").waitFor();
     await unit.selectOption("mm");
     await entry.locator("[data-remembered]").waitFor({ state: "detached" });
   },
@@ -147,7 +147,7 @@ browserTest(
     await page.getByRole("button", { name: "Remove" }).click();
     await page.getByText("Paste text instead").click();
     await page.getByLabel("JSON or a table").fill(await example("flank_z52.json"));
-    await page.getByRole("button", { name: "Take this text" }).click();
+    await page.getByRole("button", { name: "Use this text" }).click();
     await page.locator(".queue-entry canvas").waitFor();
     await page.route("**/v1/jobs/*/iterations", () => {});
     await page.getByRole("button", { name: "Store as iteration" }).click();

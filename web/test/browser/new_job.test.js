@@ -21,7 +21,7 @@ browserTest(
     await page.getByLabel("Face width").fill("15");
     const gear = { teeth: 52, normal_module_mm: 1, profile_shift_coefficient: 0.011, face_width_mm: 15 };
     const geometry = await call("POST", "/v1/gears/geometry", { gear });
-    const derived = page.getByRole("region", { name: "What follows from it" });
+    const derived = page.getByRole("region", { name: "Derived quantities" });
     await derived.getByText(`${geometry.base_diameter_mm.toFixed(3)} mm`).waitFor();
     await derived.getByText(`${geometry.tip_diameter_mm.toFixed(3)} mm`, { exact: true }).waitFor();
     await page.getByRole("button", { name: "Create the job" }).click();
@@ -42,7 +42,7 @@ browserTest("a name, teeth and a module are asked for among a few fields", {}, a
   const shown = await fields.evaluateAll((all) => all.filter((one) => one.checkVisibility()).length);
   assert.ok(shown <= 12, `${shown} fields`);
   assert.ok((await fields.count()) > 40, "the others are folded");
-  const derived = page.getByRole("region", { name: "What follows from it" });
+  const derived = page.getByRole("region", { name: "Derived quantities" });
   await page.getByLabel("Teeth z").fill("12");
   await page.getByLabel("Normal module").fill("1.9");
   await derived.locator("dt sub", { hasText: "bt" }).waitFor();
@@ -73,7 +73,7 @@ browserTest("a plain job needs a name only", { alone: true }, async ({ page, ope
   await open("/jobs/new");
   await page.getByLabel("With gear data").uncheck();
   await page.getByRole("button", { name: "Create the job" }).click();
-  await page.getByText("This is needed.").waitFor();
+  await page.getByText("Required.").waitFor();
   // the focus goes there with the next frame
   await page.waitForFunction(
     () => document.activeElement?.closest(".field")?.querySelector("label")?.textContent === "Name",
@@ -89,7 +89,7 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   await open("/jobs/new");
   await page.getByLabel("Name", { exact: true }).fill("Too steep");
   await page.getByLabel("Teeth z").fill("20.5");
-  await page.getByText("This is no whole number.").waitFor();
+  await page.getByText("Not a whole number.").waitFor();
   await page.getByLabel("Teeth z").fill("20");
   await page.getByLabel("Normal module").fill("2");
   await page.getByLabel("Helix angle").fill("95");
@@ -99,7 +99,7 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   assert.equal(await field.getAttribute("aria-invalid"), "true");
   const expected = await field.getAttribute("aria-describedby");
   assert.match((await page.locator(`#${expected?.split(" ")[0]}`).textContent()) ?? "", /89/);
-  await page.getByRole("heading", { name: "The request is invalid" }).first().waitFor();
+  await page.getByRole("heading", { name: "Invalid request" }).first().waitFor();
 });
 
 browserTest(
@@ -114,10 +114,10 @@ browserTest(
     await page
       .getByLabel("Gear from a file")
       .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(rexsModel()) });
-    await page.getByText("The file has 2 gears.").waitFor();
+    await page.getByText("The file contains 2 gears.").waitFor();
     assert.ok(pinion.missing.length > 0);
-    await page.getByText(`Not complete there: ${pinion.missing.join(", ")}`).waitFor();
-    await page.getByRole("button", { name: "Take over" }).click();
+    await page.getByText(`Incomplete in the file: ${pinion.missing.join(", ")}`).waitFor();
+    await page.getByRole("button", { name: "Use" }).click();
     assert.equal(await page.getByLabel("Teeth z").inputValue(), String(wheel.gear.teeth));
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), wheel.name);
     await page.getByRole("button", { name: "Create the job" }).click();
@@ -135,7 +135,7 @@ browserTest("fields that a gear of a file fills are not folded", {}, async ({ pa
   await page
     .getByLabel("Gear from a file")
     .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(model) });
-  await page.getByRole("button", { name: "Take over" }).click();
+  await page.getByRole("button", { name: "Use" }).click();
   await tip.waitFor();
   assert.equal(await tip.inputValue(), "54.1");
 });

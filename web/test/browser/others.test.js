@@ -33,7 +33,7 @@ browserTest("the trace, the map and what comes of it follow another client", {},
   await following(world, id, `/jobs/${id}/iterations/1/lambda`);
   await call("PUT", `${at}/chosen-fit`, { fit_id: made.id, reason: "stands by another" });
   const row = page.getByRole("row").filter({ hasText: "theirs" });
-  await row.getByText("stands", { exact: true }).waitFor();
+  await row.getByText("chosen", { exact: true }).waitFor();
 
   await following(world, id, `/jobs/${id}/iterations/1/correction`);
   await call("POST", `${at}/correction`, await example("requests/iteration_correction.json"));
@@ -49,7 +49,7 @@ browserTest("after a restart a trace and a stream are followed again", { offline
   await iteration(id);
   await open(`/jobs/${id}/trace`);
   await server.stop();
-  await page.getByText("Not live since").waitFor();
+  await page.getByText("Not updated since").waitFor();
   const again = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
   await startAgain();
   await again;
@@ -73,7 +73,7 @@ browserTest("after a restart a trace and a stream are followed again", { offline
   await open(`/jobs/${id}/streams/${stream.id}`);
   await page.locator('[data-sequence="1"]').waitFor();
   await server.stop();
-  await page.getByText("Not live since").waitFor();
+  await page.getByText("Not updated since").waitFor();
   const followed = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
   await startAgain();
   await followed;
@@ -106,7 +106,7 @@ browserTest("the list and its counts follow another client", { offline: true }, 
   assert.match((await first?.textContent()) ?? "", /first of all/, "what has changed last is first");
 
   await server.stop();
-  await page.getByText("Not live since").waitFor();
+  await page.getByText("Not updated since").waitFor();
   const again = page.waitForResponse((response) => response.url().endsWith("/v1/events"));
   await startAgain();
   await again;

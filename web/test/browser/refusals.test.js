@@ -25,16 +25,16 @@ browserTest("who lets a fit stand second is told what stands", { statuses: [412]
   await open(`/jobs/${id}/iterations/1/lambda?fit=${mine.id}`);
   // the event of what others do waits while a dialog is open
   const row = page.getByRole("row").filter({ hasText: "shown here" });
-  await row.getByRole("button", { name: "Let it stand" }).click();
+  await row.getByRole("button", { name: "Choose this fit" }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Reason").fill("mine is better");
   await call("PUT", `${at}/chosen-fit`, { fit_id: theirs.id, reason: "theirs" });
-  await dialog.getByRole("button", { name: "Let it stand" }).click();
-  await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
-  await dialog.getByText("Stands there now").waitFor();
+  await dialog.getByRole("button", { name: "Choose this fit" }).click();
+  await dialog.getByText("Changed by someone else in the meantime").waitFor();
+  await dialog.getByText("Current decision").waitFor();
   assert.equal(await dialog.getByLabel("Reason").inputValue(), "mine is better");
-  await dialog.getByRole("button", { name: "Let it stand all the same" }).click();
-  await page.getByText("This fit stands now.").waitFor();
+  await dialog.getByRole("button", { name: "Choose this fit anyway" }).click();
+  await page.getByText("This fit is now the chosen one.").waitFor();
   await loaded();
   const now = await call("GET", at);
   assert.equal(now.fits.find((/** @type {any} */ fit) => fit.chosen).id, mine.id);
@@ -54,8 +54,8 @@ browserTest(
       route.request().method() === "POST" ? busy(route, 30) : route.continue(),
     );
     await page.getByRole("button", { name: "Create the job" }).click();
-    await page.getByRole("button", { name: "Do not send it again" }).click();
-    await page.getByRole("heading", { name: "The server has too much to do" }).waitFor();
+    await page.getByRole("button", { name: "Do not resend" }).click();
+    await page.getByRole("heading", { name: "The server is overloaded" }).waitFor();
     await page.getByText("Try again after 30 s.").waitFor();
     await page.unroute("**/v1/jobs");
     await server.stop();
@@ -64,8 +64,8 @@ browserTest(
       if (request.method() === "POST") tries += 1;
     });
     await page.getByRole("button", { name: "Create the job" }).click();
-    await page.getByRole("button", { name: "Do not send it again" }).click();
-    await page.locator(".new-job-fields").getByRole("heading", { name: "The server does not answer" }).waitFor();
+    await page.getByRole("button", { name: "Do not resend" }).click();
+    await page.locator(".new-job-fields").getByRole("heading", { name: "The server is not responding" }).waitFor();
     assert.ok(tries > 0 && tries < 5, `it was tried ${tries} times`);
     await server.start();
     await page.reload();
@@ -95,12 +95,12 @@ browserTest("reasons, corrections and edits outlive a reload", {}, async ({ page
   await page.keyboard.press("Escape");
   await open(`/jobs/${id}/iterations/1/correction`);
   await page.getByLabel("Target").selectOption("given");
-  await page.getByLabel("Wanted deviations").fill("1 2 3");
+  await page.getByLabel("Target deviations").fill("1 2 3");
   await open(`/jobs/${id}`);
   await page.getByRole("button", { name: "Edit" }).click();
   await page.getByRole("dialog").getByLabel("Machine").fill("another");
   await open(`/jobs/${id}/iterations/1/correction`);
-  assert.equal(await page.getByLabel("Wanted deviations").inputValue(), "1 2 3");
+  assert.equal(await page.getByLabel("Target deviations").inputValue(), "1 2 3");
   await open(`/jobs/${id}`);
   await page.getByRole("button", { name: "Edit" }).click();
   assert.equal(await page.getByRole("dialog").getByLabel("Machine").inputValue(), "another");
@@ -159,7 +159,7 @@ browserTest(
       keys.push(route.request().headers()["idempotency-key"]);
       return keys.length <= refusals ? busy(route, 50) : route.continue();
     });
-    const again = page.getByText("What you have sent waits, and is sent again in 50 s.");
+    const again = page.getByText("Your input is queued and will be resent in 50 s.");
     const begin = async (/** @type {string} */ name) => {
       await open("/jobs/new");
       await page.getByLabel("With gear data").uncheck();
@@ -192,7 +192,7 @@ browserTest(
       await sent;
       if (tries < 5) await again.waitFor();
     }
-    await page.getByRole("heading", { name: "The server has too much to do" }).waitFor();
+    await page.getByRole("heading", { name: "The server is overloaded" }).waitFor();
     await page.getByText("Try again after 50 s.").waitFor();
     await page.clock.runFor(90_000);
     assert.deepEqual([keys.length, new Set(keys).size], [5, 1]);
@@ -201,7 +201,7 @@ browserTest(
     // and not against the will of who has sent it
     keys.length = 0;
     await page.getByRole("button", { name: "Create the job" }).click();
-    await page.getByRole("button", { name: "Do not send it again" }).click();
+    await page.getByRole("button", { name: "Do not resend" }).click();
     await page.getByText("Try again after 50 s.").waitFor();
     await page.clock.runFor(90_000);
     assert.equal(keys.length, 1);

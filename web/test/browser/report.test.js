@@ -28,7 +28,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
   }
   for (const fit of chosen) holds(first, [f.three(fit.rms), f.three(fit.lambda_star), fit.criterion]);
   // what is absent says so, and why
-  holds(first, ["No limits are named for it", "iteration 2 has none"]);
+  holds(first, ["No limits, or no uncertainty", "iteration 2 has none"]);
   assert.ok(!first.includes("Flank maps"), "the rest begins on the next page");
   assert.match(pages[1] ?? "", /Flank maps/);
   assert.ok(!(pages[1] ?? "").includes("Signature"), "nothing of the first page runs over");
@@ -222,7 +222,7 @@ browserTest("nodes that are no flank have a report without maps", {}, async (wor
   await world.call("POST", `/v1/jobs/${id}/iterations`, await example("requests/fit_curve.json"));
   await world.open(`/jobs/${id}/report`);
   const { pages } = await printed(world);
-  holds(pages.join(" "), ["The nodes are no flank", "there is no map of them", "Eigenvalues"]);
+  holds(pages.join(" "), ["The nodes do not form a flank", "do not form a surface", "Eigenvalues"]);
   assert.ok(!(pages[1] ?? "").includes("Signature"));
 });
 
@@ -305,7 +305,7 @@ browserTest("a report of iterations without pitches says so", {}, async (world) 
   const { page, open } = world;
   const { id } = await pitches(world);
   await open(`/jobs/${id}/report?iterations=2&parts=pitch`);
-  await page.getByText("No pitches of these iterations have been evaluated.").waitFor();
+  await page.getByText("No pitches have been evaluated for these iterations.").waitFor();
 });
 
 browserTest("an iteration tells its pitches in short, and leads to them", {}, async (world) => {
@@ -351,7 +351,7 @@ browserTest("axe finds nothing in a German report with all its parts", {}, async
 browserTest("a job without a measurement has nothing to report yet", {}, async ({ page, open, job }) => {
   const { id } = await job();
   await open(`/jobs/${id}/report`);
-  await page.getByText("The report will be here").waitFor();
+  await page.getByText("The report appears here").waitFor();
   await page.getByRole("link", { name: "Measure" }).first().waitFor();
 });
 

@@ -86,7 +86,7 @@ browserTest("the figures behind the first page are the interface's, part by part
       near(drawn.lines[0]?.[i]?.y, y(point.predicted_mse), `λ* of ${number}, point ${i}`);
     }
     const mark = drawn.dots["vermilion"]?.[0];
-    near(mark?.x, x(regularization.lambda_star), "the fit that stands");
+    near(mark?.x, x(regularization.lambda_star), "the chosen fit");
     // between its points the curve is drawn straight
     assert.ok(Math.abs((mark?.y ?? 0) - heightAt(drawn.lines[0] ?? [], mark?.x ?? 0)) < 3, JSON.stringify(mark));
     const spectra = await drawnIn(page.locator(".report .spectrum figure").nth(number - 1));

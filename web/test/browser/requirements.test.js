@@ -12,7 +12,7 @@ browserTest("requirements are shown, edited, and refused where they cannot be", 
   const { id } = await job();
   await open(`/jobs/${id}`);
   const panel = page.getByRole("region", { name: "Requirements" });
-  await panel.getByText("The job asks nothing of its flanks").waitFor();
+  await panel.getByText("This job has no requirements").waitFor();
   await page.getByRole("button", { name: "Edit" }).click();
   const dialog = page.getByRole("dialog");
   const names = await dialog.locator(".limits-row > .limits-name").evaluateAll((all) =>
@@ -29,7 +29,7 @@ browserTest("requirements are shown, edited, and refused where they cannot be", 
   await dialog.getByLabel("Accuracy class").selectOption("6");
   await dialog.getByLabel("Twist, Both flanks, from").fill("-4,5");
   await page.getByRole("button", { name: "Save" }).click();
-  await dialog.getByText("Both ends are needed, or none.").waitFor();
+  await dialog.getByText("Enter both ends or none.").waitFor();
   await dialog.getByLabel("Twist, Both flanks, to").fill("4");
   await dialog.getByText("Limits of one flank").click();
   await dialog.getByLabel("Helix slope, Left flank, from").fill("-6");
@@ -74,10 +74,10 @@ browserTest(
       "6",
       "limits of one flank are open where there are some",
     );
-    await dialog.getByLabel("Class of pitches").selectOption("5");
+    await dialog.getByLabel("Pitch class").selectOption("5");
     await to("Run-out").fill("");
     await page.getByRole("button", { name: "Save" }).click();
-    await dialog.getByText("Both ends are needed, or none.").waitFor();
+    await dialog.getByText("Enter both ends or none.").waitFor();
     await to("Run-out").fill("15");
     await dialog.getByLabel("Total cumulative pitch, Both flanks, from", { exact: true }).fill("20");
     await to("Total cumulative pitch, Both flanks").fill("20");
@@ -144,10 +144,10 @@ browserTest(
     const changed = await exampleRequirements();
     changed.tolerance_limits.left.helix_slope_um = [-5, 2];
     await call("PATCH", `/v1/jobs/${id}`, { requirements: changed });
-    await rows.nth(2).getByText("Limits that decided").waitFor();
-    await rows.nth(3).getByText("Limits asked for").waitFor();
+    await rows.nth(2).getByText("Applied limits").waitFor();
+    await rows.nth(3).getByText("Required limits").waitFor();
     assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−5 … 2", "–", "–", "–"]);
-    await page.getByText("A fit keeps the limits that the job had when it was made.").waitFor();
+    await page.getByText("A fit keeps the limits of the job at the time it was computed.").waitFor();
 
     await open(`/jobs/${id}/iterations/1`);
     const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
@@ -244,10 +244,10 @@ browserTest(
     assert.deepEqual([conformity.verdict, conformity.assumptions], ["conforms", "doubtful"]);
     await open(`/jobs/${id}/iterations/1`);
     const tile = page.locator(".figure-tile").first();
-    assert.match((await tile.textContent()) ?? "", /!conforms, doubtful: .*the model lacks a shape/);
+    assert.match((await tile.textContent()) ?? "", /!conforms, doubtful: .*lack of fit of the model/);
     const panel = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true });
     await panel.locator(".badge.warn", { hasText: "doubtful" }).waitFor();
-    await panel.getByText("Doubtful, because the assumptions are contradicted").waitFor();
+    await panel.getByText("Doubtful, because the assumptions are violated").waitFor();
     for (const path of [`/jobs/${id}`, `/jobs/${id}/iterations/1`, "/jobs", `/jobs/${id}/report`]) {
       await open(path);
       await page.getByText("!", { exact: true }).first().waitFor();

@@ -29,7 +29,7 @@ browserTest(
     assert.equal(await page.getByRole("link", { name: "New job" }).count(), 0);
     await page.getByRole("link", { name: "Fit", exact: true }).waitFor();
     await open("/jobs/new");
-    await page.getByText("A key with the role “reader” may not measure or make jobs.").waitFor();
+    await page.getByText("A key with the role “reader” may not measure or create jobs.").waitFor();
     assert.equal(await page.locator("main form").count(), 0);
     await page.getByRole("button", { name: "Use another key" }).click();
     await page.getByRole("dialog", { name: "API key" }).waitFor();
@@ -57,12 +57,12 @@ browserTest(
     await page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Measure" }).waitFor();
     assert.equal(await page.getByRole("button", { name: "Edit" }).count(), 0);
     await open(`/jobs/${id}/iterations/1`);
-    await page.getByText("A key with the role “operator” may not decide, or change jobs and fits.").waitFor();
+    await page.getByText("A key with the role “operator” may not decide or change jobs and fits.").waitFor();
     for (const name of ["Accept", "Machine again", "Reject"])
       assert.equal(await page.getByRole("button", { name, exact: true }).count(), 0);
     await open(`/jobs/${id}/iterations/1/lambda`);
     await page.getByRole("slider", { name: /by hand/ }).waitFor();
-    assert.equal(await page.getByRole("button", { name: "Keep", exact: true }).count(), 0);
+    assert.equal(await page.getByRole("button", { name: "Store", exact: true }).count(), 0);
     await open(`/jobs/${id}/iterations/1/correction`);
     await page.getByText("may not decide").waitFor();
     assert.equal(await page.getByRole("button", { name: "Compute the correction" }).count(), 0);

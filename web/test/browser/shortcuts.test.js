@@ -49,7 +49,7 @@ browserTest(
     assert.equal(await page.getByLabel("Search").evaluate((one) => one === document.activeElement), false);
 
     await open("/settings");
-    await page.getByLabel("Single keys as shortcuts").check();
+    await page.getByLabel("Single-key shortcuts").check();
     await open("/jobs");
     await page.keyboard.press("/");
     assert.equal(await page.getByLabel("Search").evaluate((one) => one === document.activeElement), true);

@@ -83,7 +83,7 @@ browserTest("a robust fit shows its weights and what it rejects", {}, async ({ p
   });
   const { robust } = kept.result;
   await open(`/jobs/${id}/iterations/1/statistics?fit=${kept.id}`);
-  await page.getByText(`Nodes without weight: ${robust.rejected_count}.`).waitFor();
+  await page.getByText(`Nodes with zero weight: ${robust.rejected_count}.`).waitFor();
   await page.getByRole("slider", { name: "Robust weights" }).waitFor();
   const rows = page.getByRole("table", { name: "Rejected nodes" }).locator("tbody tr");
   assert.equal(await rows.count(), robust.rejected.length);

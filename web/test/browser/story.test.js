@@ -64,8 +64,8 @@ async function story(world, { press, type, pick }) {
   const { z } = await call("GET", `${at}/1/nodes`);
   const heights = z.flat().filter((/** @type {number | null} */ height) => height !== null);
   for (const [name, value] of [
-    ["least", Math.min(...heights)],
-    ["greatest", Math.max(...heights)],
+    ["minimum", Math.min(...heights)],
+    ["maximum", Math.max(...heights)],
   ])
     await page.locator(`[data-extreme="${name}"]`, { hasText: `${f.um(Number(value))} µm` }).waitFor();
 
@@ -76,15 +76,15 @@ async function story(world, { press, type, pick }) {
   await press(button("Show the refit by gcv"));
   await page.getByText("not stored").waitFor();
   await loaded();
-  await press(button("Keep"));
+  await press(button("Store"));
   await type(dialog.getByLabel("Reason"), "GCV agrees with the error budget");
-  await press(dialog.getByRole("button", { name: "Keep", exact: true }));
-  await page.getByText("The refit is kept.").waitFor();
+  await press(dialog.getByRole("button", { name: "Store", exact: true }));
+  await page.getByText("The refit has been stored.").waitFor();
   await loaded();
-  await press(button("Let it stand"));
+  await press(button("Choose this fit"));
   await type(dialog.getByLabel("Reason"), "as agreed");
-  await press(dialog.getByRole("button", { name: "Let it stand", exact: true }));
-  await page.getByText("This fit stands now.").waitFor();
+  await press(dialog.getByRole("button", { name: "Choose this fit", exact: true }));
+  await page.getByText("This fit is now the chosen one.").waitFor();
   await loaded();
 
   // machine again

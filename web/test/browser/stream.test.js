@@ -35,7 +35,7 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   const { page, open, loaded } = world;
   const { send, path } = await opened(world);
   await open(path);
-  await page.getByRole("heading", { name: "Why there is no result yet" }).waitFor();
+  await page.getByRole("heading", { name: "No result yet" }).waitFor();
   await page.getByText("no nodes so far").waitFor();
   const first = await send([0]);
   await page.locator('[data-sequence="1"]').waitFor();
@@ -45,7 +45,7 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   const last = await send([6, 8]);
   await page.locator('[data-sequence="3"]').waitFor();
   await loaded();
-  assert.equal(await page.getByText("Why there is no result yet").count(), 0);
+  assert.equal(await page.getByText("No result yet").count(), 0);
   const { result, node_count: nodes } = last;
   const rows = page.getByRole("region", { name: "Coefficients" }).locator("tbody tr");
   assert.equal(await rows.count(), result.coefficients.length);
@@ -70,7 +70,7 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   const flank = JSON.parse(await example("flank_z52.json")).nodes;
   const greatest = Math.max(...[0, 2, 4, 6, 8].flatMap((row) => flank.z[row]).filter((z) => z !== null));
   const written = `${greatest < 0 ? "−" : "+"}${Math.abs(greatest).toFixed(1)}`;
-  const most = (await map.locator('[data-extreme="greatest"]').textContent()) ?? "";
+  const most = (await map.locator('[data-extreme="maximum"]').textContent()) ?? "";
   assert.ok(most.includes(written.replace("+", "")), `${most}: ${written}`);
   // whoever has chosen goes on seeing news
   await send([1]);
@@ -92,18 +92,18 @@ browserTest("what waits in a dialog is stopped there, and by closing it", { offl
   const finish = dialog.getByRole("button", { name: "Finish", exact: true });
   await page.getByRole("button", { name: "Finish the stream" }).click();
   await finish.click();
-  await dialog.getByRole("button", { name: "Do not send it again" }).click();
-  await dialog.getByText("The server does not answer").waitFor();
+  await dialog.getByRole("button", { name: "Do not resend" }).click();
+  await dialog.getByText("The server is not responding").waitFor();
   const stopped = tries;
   assert.ok(stopped > 0 && stopped < 5, `it was tried ${stopped} times`);
   await page.clock.runFor(60_000);
   assert.equal(tries, stopped);
 
   await finish.click();
-  await dialog.getByText("What you have sent waits").waitFor();
+  await dialog.getByText("Your input is queued").waitFor();
   await page.keyboard.press("Escape");
   await dialog.waitFor({ state: "detached" });
-  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  await page.getByText("Cancelled. Data that had already arrived may be stored").waitFor();
   const left = tries;
   await page.clock.runFor(60_000);
   assert.equal(tries, left);

@@ -36,7 +36,7 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
     "the error budget asks for it",
     "beyond class 5",
     "machine again",
-    "Answers the correction of iteration 1",
+    "After the correction of iteration 1",
   ])
     assert.ok(text.includes(word), word);
   for (const fit of [...first.fits, ...second.fits]) {
@@ -60,7 +60,7 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
   );
 
   const [a, b] = [first.fits.find((/** @type {any} */ one) => one.chosen), second.fits[0]];
-  const rows = page.getByRole("table", { name: "Two fits compared" }).locator("tbody tr");
+  const rows = page.getByRole("table", { name: "Comparison of two fits" }).locator("tbody tr");
   for (const [i, one] of a.coefficients.entries()) {
     const other = b.coefficients.find((/** @type {any} */ c) => c.term === one.term);
     const cells = await rows.nth(i).locator(".cell").allTextContents();

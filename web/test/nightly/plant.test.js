@@ -140,7 +140,7 @@ plantTest("what is stored through another server is shown without a reload", { r
 async function enterKey(page, key, remember = false) {
   const dialog = page.getByRole("dialog", { name: "API key" });
   await dialog.getByLabel("Key", { exact: true }).fill(key);
-  await dialog.getByLabel("Keep it in this browser").setChecked(remember);
+  await dialog.getByLabel("Remember in this browser").setChecked(remember);
   await dialog.getByRole("button", { name: "Use this key" }).click();
   await dialog.waitFor({ state: "detached" });
 }
@@ -214,9 +214,9 @@ plantTest(
     await enterKey(tab, plant.keys.operator.key, true);
     await tab.close();
     await decide.getByRole("button", { name: "Machine again" }).click();
-    await page.getByText("The present key may not do this. Another one may.").waitFor();
+    await page.getByText("The current key lacks permission. Another key may have it.").waitFor();
     await page.keyboard.press("Escape");
-    await decide.getByRole("heading", { name: "This key may not do that" }).waitFor();
+    await decide.getByRole("heading", { name: "This key lacks permission" }).waitFor();
     assert.equal(await decide.getByLabel("Reason").inputValue(), "burnt at the tip");
     await decide.getByRole("button", { name: "Machine again" }).click();
     await enterKey(page, own.key, true);
@@ -259,7 +259,7 @@ plantTest("what takes long is cancelled through the page", { role: "operator" },
   const doing = ofFirst > 0 ? 0 : 1;
   const other = doing === 0 ? 1 : 0;
   await entry.getByRole("button", { name: "Cancel" }).click();
-  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  await page.getByText("Cancelled. Data that had already arrived may be stored").waitFor();
   await entry.getByText("not sent yet").waitFor();
   await until(
     "the workers",
@@ -344,21 +344,21 @@ plantTest(
     const born = await birth(page);
     await page.getByLabel("Note").fill("typed all the same");
     await Promise.all(plant.servers.map((server) => server.signal("SIGKILL")));
-    await page.getByText(/Not live since \d\d:\d\d:\d\d/).waitFor();
+    await page.getByText(/Not updated since \d\d:\d\d:\d\d/).waitFor();
     await page.getByText("stays", { exact: true }).first().waitFor();
     await page.setInputFiles("#measure-files", grid(4, { model: { type: "polynomial", degree: 1 } }));
     await page.locator(".queue-entry canvas").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
     // seen where the button is, at the end of a long page
-    const says = "What you have sent waits, and is sent again";
+    const says = "Your input is queued and will be resent";
     const above = (/** @type {string} */ text) =>
       [...document.querySelectorAll(".notice")].some(
         (one) => one.textContent?.includes(text) && one.getBoundingClientRect().top >= 0,
       );
     await until("the notice", () => page.evaluate(above, says), Boolean);
     await doNotSendAgain(page);
-    await page.locator(".queue-entry").getByRole("heading", { name: "The server does not answer" }).waitFor();
-    await page.locator(".queue-entry").getByText("no answer", { exact: true }).waitFor();
+    await page.locator(".queue-entry").getByRole("heading", { name: "The server is not responding" }).waitFor();
+    await page.locator(".queue-entry").getByText("no response", { exact: true }).waitFor();
     await startAgain();
     await loaded();
     assert.equal(await page.getByLabel("Note").inputValue(), "typed all the same");

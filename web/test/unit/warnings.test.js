@@ -77,7 +77,7 @@ test("what cannot be told apart is said in German by its data", () => {
   const figures = { rSquared: "0,999996", index: "2279" };
   assert.equal(
     dependency(["u v", "u v²", "u² v", "v", "u", "1"], figures),
-    "u v ist über diesen Knoten fast eine Mischung aus u v², u² v, v und 2 weiteren Termen (R² = 0,999996, " +
+    "u v ist über diesen Knoten fast eine Linearkombination von u v², u² v, v und 2 weiteren Termen (R² = 0,999996, " +
       "Konditionsindex 2279). Deren Koeffizienten sind nicht zu unterscheiden.",
   );
   assert.equal(

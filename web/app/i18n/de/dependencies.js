@@ -25,5 +25,5 @@ export default function sentence(terms, { cosine, rSquared, index }, cause = "no
   const named = others.slice(0, NAMED - 1).join(", ");
   const more = others.length - (NAMED - 1);
   const rest = more > 0 ? ` und ${more === 1 ? "einem weiteren Term" : `${more} weiteren Termen`}` : "";
-  return `${first} ist ${where} fast eine Mischung aus ${named}${rest}${told}. ${end}`;
+  return `${first} ist ${where} fast eine Linearkombination von ${named}${rest}${told}. ${end}`;
 }

@@ -1,11 +1,11 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/evaluation.js").default>} */
 export default {
   title: "Auswertung",
-  none: "Hier erscheinen ausgewertete Profile, Flankenlinien und Teilungen, sobald die Datei einer Messmaschine importiert oder eine Auswertung gesendet ist.",
+  none: "Hier erscheinen ausgewertete Profile, Flankenlinien und Teilungen, sobald die Datei einer Messmaschine importiert oder eine Auswertung gesendet wurde.",
   noTraces:
-    "Hier erscheinen ausgewertete Profile und Flankenlinien, sobald die Datei einer Messmaschine importiert oder eine Auswertung gesendet ist.",
+    "Hier erscheinen ausgewertete Profile und Flankenlinien, sobald die Datei einer Messmaschine importiert oder eine Auswertung gesendet wurde.",
   imported:
-    "Diese Auswertung kam aus einer Datei, von der keine Kurven aufbewahrt sind. Die Kenngrößen stehen unten, ohne Diagramme.",
+    "Diese Auswertung stammt aus einer Datei ohne gespeicherte Kurven. Ihre Kenngrößen stehen unten, ohne Diagramme.",
   record: "Auswertung",
   profile: "Profile",
   helix: "Flankenlinien",
@@ -23,12 +23,12 @@ export default {
   drawn:
     "Linie: Kurve. Dünn: außerhalb des Auswertebereichs. Strichpunktiert: mittlere Gerade. Kurz gestrichelt: mittlere Parabel. Punktiert: Sollkurve. Gestrichelt: Enden des Auswertebereichs.",
   noMeanLine:
-    "Mittlere Geraden und Parabeln sind nicht gezeichnet, wo ihre Sollkurve nicht beantwortet ist, und bei Auswertungen, die sie noch nicht hatten.",
+    "Mittlere Geraden und Parabeln sind nicht gezeichnet, wenn die Auswertung sie oder ihre Sollkurve nicht enthält.",
   requiredBands:
-    "Bänder sind die, in denen die Kurven liegen müssen, jedes dahin verschoben, wo seine Kurve am meisten Platz hat; außerhalb ist die Kurve dick und schraffiert.",
+    "Gezeigt sind die verlangten Bänder, jedes so verschoben, dass seine Kurve den größten Abstand zum Rand hat. Außerhalb ihres Bandes ist eine Kurve dick und schraffiert.",
   asRequired: "wie verlangt",
   kBand: "K-Band",
-  bandClearance: (number, room) => `Band ${number}: ${room} µm Platz`,
+  bandClearance: (number, clearance) => `Band ${number}: ${clearance} µm Abstand`,
   bandLack: (number, lack) => `Band ${number}: um ${lack} µm zu eng`,
   bandUndecided: (number) => `Band ${number}: nicht zu entscheiden, Messpunkte fehlen`,
   limits: "Grenzen",
@@ -36,10 +36,10 @@ export default {
   band: (width, of, symbol) =>
     `K-Band: ${symbol} = ${width} µm der Klasse ${of} nach ISO 1328-1:2013, vom höchsten Punkt im Bereich abwärts. Außerhalb ist die Kurve dick und schraffiert.`,
   noBand: "Kein K-Band: Wählen Sie eine Klasse.",
-  noTolerance: "Kein K-Band: Für Toleranzen wird das Zahnrad des Auftrags gebraucht.",
+  noTolerance: "Kein K-Band: Toleranzen erfordern das Zahnrad des Auftrags.",
   chartSummary: (slope, form, total) => `Winkelabweichung ${slope}, Form ${form}, gesamt ${total} µm`,
   outside: (count) => (count === 1 ? "1 Messpunkt außerhalb des Bandes" : `${count} Messpunkte außerhalb des Bandes`),
-  design: "Solllinie",
+  design: "Sollkurve",
   inRange: "Im Bereich",
   yes: "ja",
   no: "nein",
@@ -58,13 +58,13 @@ export default {
   toRoot: "Werkstoff nimmt zum Fuß zu",
   rightHand: "nach rechtssteigend gedreht",
   leftHand: "nach linkssteigend gedreht",
-  asSigned: "im Vorzeichen, das verlangt war",
+  asSigned: "im verlangten Vorzeichen",
   zero: "keine",
   overall: "Gröbste Klasse",
   dfq: "Q-DAS (.dfq)",
   dfqHint: "Datei für die statistische Prozesslenkung",
   level: "Vertrauensniveau",
-  made: "Bestimmt",
+  made: "Erstellt",
   warnings: "Warnungen",
   classOfBand: "Klasse des K-Bandes",
   noClass: "keine",
@@ -80,9 +80,9 @@ export default {
   din: "DIN",
   vdi: "VDI",
   as_given: "wie gegeben",
-  limitsClass: "Klasse für die Konformität",
+  limitsClass: "Verlangte Klasse",
   evaluate: "Auswerten",
   evaluating: "Wird ausgewertet",
-  done: "Die Auswertung ist aufbewahrt.",
-  notNumber: "Das ist keine Zahl.",
+  done: "Die Auswertung ist gespeichert.",
+  notNumber: "Keine Zahl.",
 };

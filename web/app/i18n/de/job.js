@@ -2,15 +2,16 @@
 export default {
   next: "Nächster Schritt",
   nextMeasure: "Hier erscheinen Karte, Kenngrößen und Entscheidung jeder Iteration, sobald gemessen wurde.",
-  nextMeasureApi: "Messpunkte gehen an …/iterations, die Datei einer Messmaschine an …/import.",
+  nextMeasureApi: "Messpunkte an …/iterations senden oder die Datei einer Messmaschine an …/import.",
   nextDecide: (number) =>
     `Über Iteration ${number} entscheiden: Karte ansehen, dann annehmen, nacharbeiten lassen oder verwerfen.`,
   nextWithin: (number) => `Über Iteration ${number} entscheiden: Alle Kenngrößen liegen in ihren Grenzen.`,
   nextOutside: (number) =>
     `Über Iteration ${number} entscheiden: Diese Kenngrößen liegen außerhalb ihrer Grenzen. Maschine korrigieren oder trotzdem annehmen.`,
-  nextCorrect: (number) => `Iteration ${number} ist nachzuarbeiten: Maschine korrigieren, bearbeiten und neu messen.`,
-  nextAccepted: (number) => `Iteration ${number} ist angenommen. Der Bericht sagt, wie es dazu kam.`,
-  nextRejected: (number) => `Iteration ${number} ist verworfen. Es bleibt nichts zu tun.`,
+  nextCorrect: (number) =>
+    `Iteration ${number} ist nachzuarbeiten: Maschine korrigieren, Rad nacharbeiten und erneut messen.`,
+  nextAccepted: (number) => `Iteration ${number} ist angenommen. Einzelheiten stehen im Bericht.`,
+  nextRejected: (number) => `Iteration ${number} ist verworfen. Nichts weiter zu tun.`,
   toMeasure: "Messen",
   toDecide: "Karte ansehen und entscheiden",
   toCorrection: "Korrigieren",
@@ -46,13 +47,12 @@ export default {
   field: "Feld",
   yours: "Ihre",
   stored: "Jetzt gespeichert",
-  keepMine: "Meine darüber speichern",
-  keepMineText:
-    "Von Ihrer Fassung wird nur gespeichert, was Sie geändert haben; das Übrige bleibt, wie es gespeichert ist.",
-  notTouched: "nicht berührt",
+  keepMine: "Mit meiner überschreiben",
+  keepMineText: "Überschrieben werden nur die Felder, die Sie geändert haben.",
+  notTouched: "unverändert",
   takeTheirs: "Die gespeicherte übernehmen",
   deleteJob: "Auftrag löschen",
-  deleteText: "Er hat keine Iteration, also geht nichts Gemessenes verloren. Das lässt sich nicht zurücknehmen.",
+  deleteText: "Der Auftrag hat keine Iterationen, es gehen also keine Messungen verloren. Das Löschen ist endgültig.",
   deleted: "Der Auftrag ist gelöscht.",
   name: "Name",
   part: "Teilenummer",

@@ -17,7 +17,7 @@ export default {
   correlation_at_bound:
     "Die wahrscheinlichste Korrelation der Nachbarn liegt am Rand des durchsuchten Bereichs und ist keine Schätzung.",
   criterion_unavailable: "Das Kriterium braucht σ; stattdessen gelten die kleinsten Quadrate.",
-  dependent_columns: "Bei einzelnen Stufen hängen die Spalten voneinander ab; was es dort nicht gibt, fehlt.",
+  dependent_columns: "Bei einzelnen Stufen hängen die Spalten voneinander ab; dort fehlen Ergebnisse.",
   lambda_at_limit: "Das Kriterium hat im durchsuchten Bereich kein Minimum; die Antwort gilt am Ende des Bereichs.",
   discrepancy_not_reached: "Die Residuen bleiben immer unter dem Rauschen; die Antwort ist der größte Wert.",
   empty_spans: "In einzelnen Zellen liegen keine Knoten: Dort folgt die Fläche ihren Nachbarn.",
@@ -30,14 +30,13 @@ export default {
     "Bei so vielen Knoten wurden die Spalten nicht mitgefiltert; Kondition, Korrelation und VIF danach fehlen.",
   filtered_noise:
     "Ein Filter hat das Rauschen der Höhen verändert: σ, Standardfehler und λ* nehmen es als gemessen und unabhängig an.",
-  filtering_raises_collinearity: "Das Filtern glättet einen Teil dessen weg, was die Terme unterscheidet.",
+  filtering_raises_collinearity: "Das Filtern verringert die Unterschiede zwischen den Termen.",
   forgetting: "Ältere Messpunkte zählen weniger; Intervalle gelten, solange sich die Fläche nicht bewegt.",
-  full_leverage:
-    "Durch einzelne Knoten geht der Fit in jedem Fall; ohne sie bestimmen die übrigen die Koeffizienten nicht.",
+  full_leverage: "Der Fit geht immer durch einzelne Knoten; ohne sie bestimmen die übrigen die Koeffizienten nicht.",
   group_variance_uncertain:
     "Die Varianz einer Gruppe beruht auf sehr wenigen Freiheitsgraden; Intervalle werden breit.",
   lack_of_fit:
-    "Die Residuen haben eine Form, die dem Modell fehlt: Intervalle und Bänder enthalten sie nicht. Einen höheren Grad wählen.",
+    "Die Residuen haben eine systematische Form, die das Modell nicht enthält: Intervalle und Bänder berücksichtigen sie nicht. Einen höheren Grad wählen.",
   nodes_not_kept: "Die laufende Schätzung hält nur Summen; einzelne Residuen gibt es nach dem Abschluss.",
   no_corrected_error: "Für diesen Fit gibt es keinen korrigierten vorhergesagten Fehler.",
   no_degrees_of_freedom: "So viele Koeffizienten wie Knoten: Das Rauschen und Standardabweichungen sind unbekannt.",
@@ -100,7 +99,7 @@ export default {
   no_eccentricity: "Die Exzentrizität ist nicht zu bestimmen.",
   no_face_width: "Klassen der Flankenlinie brauchen die Zahnbreite des Rades.",
   no_mean_curve: "Die Messpunkte liegen an zu wenigen Stellen für eine mittlere Linie.",
-  outliers_suspected: "Einzelne Messpunkte stehen weit heraus: Schmutz, ein Grat oder Messfehler.",
+  outliers_suspected: "Einzelne Messpunkte sind vermutlich grobe Fehler: Schmutz, ein Grat oder Messfehler.",
   outside_the_standard: "Das Rad liegt außerhalb des Geltungsbereichs der ISO 1328-1: keine Klassen.",
   pitches_do_not_close:
     "Die Einzelteilungsabweichungen ergaben um das Rad nicht 0; der Rest wurde gleichmäßig abgezogen.",
@@ -137,8 +136,9 @@ export default {
     "Kenngrößen gelten über der Wälzlänge; für sie sind Koeffizienten über Durchmessern nicht bekannt: u als Wälzlänge senden.",
   dependent_settings: "Einige Einstellungen wirken hier genau gleich: Die Antwort sind die kleinsten Änderungen.",
   flanks_ambiguous: "Die Punkte passen etwa ebenso gut auf andere Flanken: Flanken angeben.",
-  flanks_reassigned: "Punkte gehören zu einer anderen Flanke als der zunächst nächsten.",
-  limits_not_settled: "Welche Einstellungen an ihrer Grenze bleiben, ist nicht eindeutig: Die beste Wahl darin gilt.",
+  flanks_reassigned: "Punkte wurden einer anderen als der anfangs nächsten Flanke zugeordnet.",
+  limits_not_settled:
+    "Welche Einstellungen an ihrer Grenze bleiben, ist nicht eindeutig: Es gilt die beste gefundene Wahl.",
   flank_not_measured:
     "Eine Flanke wurde seit der letzten Korrektur nicht gemessen: Was gemeinsame Einstellungen an ihr bewirken, ist nicht bekannt.",
   limits_without_effect: "Die Messung sagt nichts über diese Einstellung; ihre Grenzen blieben ohne Wirkung.",
@@ -147,7 +147,8 @@ export default {
   one_tooth: "Nur ein Zahn wurde gemessen: Die Streuung zwischen den Zähnen ist nicht bekannt.",
   points_outside_flank: "Punkte liegen jenseits von Kopf- oder Fußkreis.",
   points_misfit: "Einzelne Punkte liegen weit ab: Schmutz, eine andere Flanke oder ein Messfehler.",
-  poor_fit: "Nach dem Ausrichten bleibt mehr, als eine Flanke abweicht: Bewegungen, Flanken und Rad prüfen.",
+  poor_fit:
+    "Nach dem Ausrichten bleiben größere Abweichungen als an Flanken üblich: Bewegungen, Flanken und Rad prüfen.",
   registration_not_converged: "Das Ausrichten war am Ende seiner Schritte noch nicht fertig.",
   rotation_modulo_pitch: "Kein Punkt nennt seinen Zahn: Die Drehung gilt bis auf ganze Teilungen.",
   predicted_outside_limits: "Auch nach dieser Korrektur lägen Kenngrößen außerhalb ihrer Grenzen.",
@@ -169,12 +170,12 @@ export default {
   flank_missing:
     "Keine Kenngrößen: Welche Flanke gemessen ist, ist nicht angegeben. Es lässt sich bei der Iteration ergänzen.",
   gear_missing: "Keine Kenngrößen: Der Auftrag hat kein Zahnrad.",
-  implausible_unit: "Die Einheiten sind unglaubwürdig: Bei der Iteration berichtigen oder bestätigen.",
+  implausible_unit: "Die Einheiten sind unplausibel: Bei der Iteration berichtigen oder bestätigen.",
   no_involute: "Keine Kenngrößen: Einzelne Messpunkte liegen, wo das Rad keine Evolvente hat.",
   not_second_order:
     "Keine Kenngrößen: Das Modell ist keine Fläche, die sich durch eine zweiter Ordnung beschreiben lässt.",
   requirement_left_aside:
-    "Eine Anforderung des Auftrags ist auf diese Auswertung nicht anzuwenden und bleibt beiseite.",
+    "Eine Anforderung des Auftrags ist auf diese Auswertung nicht anwendbar und bleibt unberücksichtigt.",
   traces_with_own_zeros:
     "Keine Kenngrößen: Jede Kurve hat ihren eigenen Nullpunkt; ihre Auswertung nennt, was sie hat.",
   own_zeros_assumed:
@@ -187,7 +188,7 @@ export default {
   column_ignored: "Eine Spalte der Tabelle wird nicht gelesen.",
   columns_unknown: "Welche Spalten der Tabelle Orte und Höhen sind, ist nicht bekannt.",
   flank_unknown:
-    "Ein Wort in der Spalte der Flanken ist keine Flanke: Eine linke heißt links, linke, left, l oder lf, eine rechte rechts, rechte, right, r oder rf.",
+    "Ein Wort in der Spalte der Flanken bezeichnet keine Flanke: Eine linke heißt links, linke, left, l oder lf, eine rechte rechts, rechte, right, r oder rf.",
   helices_turned: "Flankenlinien zählen anders herum als die Profile, die sie kreuzen; ihr Vorzeichen wird umgekehrt.",
   lines_left_out: "Zeilen vor der Tabelle werden ausgelassen.",
   too_many_flanks: "Die Tabelle hat Knoten von zu vielen Flanken; bitte Teile davon senden.",

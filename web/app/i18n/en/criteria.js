@@ -1,6 +1,6 @@
 export default {
-  min_mse: "least predicted mean squared error",
-  min_condition: "least condition number",
+  min_mse: "minimum predicted mean squared error",
+  min_condition: "minimum condition number",
   gcv: "generalised cross-validation",
   discrepancy: "discrepancy principle",
   l_curve: "corner of the L-curve",
