@@ -8,7 +8,7 @@ import { build } from "esbuild";
 const here = path.dirname(fileURLToPath(import.meta.url));
 const folder = path.resolve(process.argv[2] ?? path.join(here, "vendor"));
 
-/** What each bundle offers, and the packages that its types come from. */
+/** The exports of each bundle, and the packages of its types. */
 const bundles = {
   ui: `
     export { Fragment, cloneElement, createContext, createRef, h, isValidElement, render, toChildArray } from "preact";
@@ -19,8 +19,8 @@ const bundles = {
     export { batch, computed, effect, signal, untracked, useComputed, useSignal, useSignalEffect } from "@preact/signals";
     import htm from "htm";
     import { h, options } from "preact";
-    // Preact sets properties, and of this one any text is true: the attribute's own words are meant
-    // (but SVG has no such property: there the words are set as they are)
+    // Preact sets properties, and any text counts as true for this one: the attribute's own words
+    // are meant (but SVG has no such property: there the words are set unchanged)
     const made = options.vnode;
     const drawn = new Set(["svg", "g", "text", "tspan"]);
     options.vnode = (vnode) => {
@@ -65,7 +65,7 @@ for (const [name, contents] of Object.entries(bundles)) {
     metafile: true,
     write: false,
     outfile: `${name}.js`,
-    // told by hand, as the bundle has no file of its own to resolve from
+    // set explicitly, as the bundle has no file of its own to resolve from
     define: { "process.env.NODE_ENV": '"production"' },
   });
   for (const input of Object.keys(result.metafile.inputs)) {

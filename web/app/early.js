@@ -1,4 +1,4 @@
-// Before the first paint: theme and language, so that nothing changes its colour afterwards.
+// Sets theme and language before the first paint, so that nothing changes its colour afterwards.
 (() => {
   try {
     const settings = JSON.parse(localStorage.getItem("flankfit.settings") ?? "{}");

@@ -1,4 +1,4 @@
-// The dashboard begins here: settings, the page of the address, the frame around it.
+// The entry point of the dashboard: settings, the page of the address, the frame around it.
 
 import { probe } from "./api/connection.js";
 import { session } from "./api/key.js";
@@ -19,9 +19,9 @@ function App() {
   const [shown, setShown] = useState(/** @type {Shown | null} */ (null));
   const target = current.value;
   const place = pathname.value;
-  // a page that nobody could bring is asked for again with the rest
+  // a page that could not be loaded is loaded again with the rest
   const again = shown?.error === undefined ? 0 : session.value;
-  // before the browser paints: no address stands before its page is on its way
+  // before the browser paints: the address changes only with a page on its way
   useLayoutEffect(() => {
     let wanted = true;
     const show = (/** @type {Shown} */ next) => {
@@ -38,7 +38,7 @@ function App() {
       (component) => show({ path: place, component, params: target.params }),
       async (/** @type {unknown} */ error) => {
         const answers = await probe();
-        // whoever answers, but not with a file of this version, has another by now
+        // a response without the file of this version means a newer version
         if (answers) outdated.value = true;
         show({ path: place, component: null, params: {}, error: answers ? error : new OfflineError("no answer") });
       },
@@ -59,7 +59,7 @@ function Shown({ shown }) {
   return shown.component ? h(shown.component, { params: shown.params }) : h(NoSuchPage, null);
 }
 
-/** A page with its styles. @param {NonNullable<typeof current.value>["page"]} page */
+/** Loads a page with its styles. @param {NonNullable<typeof current.value>["page"]} page */
 async function arrive(page) {
   const { default: component, styles = [] } = await load(page);
   await Promise.all(styles.map(loadStyle));

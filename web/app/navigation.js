@@ -1,5 +1,5 @@
-// Where the browser is: the path, and in the query all that is seen of a page (layer, filter,
-// camera), so that back, reload and sharing restore it.
+// The location of the browser: the path, and in the query the whole view (layer, filter, camera),
+// so that back, reload and sharing restore it.
 
 import { computed, signal } from "../vendor/ui.js";
 import { match } from "./router.js";
@@ -10,7 +10,7 @@ function here() {
   return { pathname: location.pathname, search: location.search };
 }
 
-/** The page that is shown, with its parameters; none where the path names none. */
+/** The current page with its parameters; undefined if the path names none. */
 export const current = computed(() => match(address.value.pathname));
 export const pathname = computed(() => address.value.pathname);
 /** The query of the address. */
@@ -25,8 +25,8 @@ export function navigate(to, { replace = false } = {}) {
 }
 
 /**
- * Changes parts of the query and leaves the rest. By itself this is no step back in the browser's
- * history; what a user would want to go back from asks for one.
+ * Changes parts of the query and leaves the rest. By default this adds no step to the browser's
+ * history; steps that a user would want to undo set `step`.
  * @param {Record<string, string | number | undefined>} changes undefined takes a part away
  * @param {{ step?: boolean }} [options]
  */

@@ -1,6 +1,6 @@
 // The pages and their paths. A page is one module whose default export is its component; it is
-// loaded when somebody goes there. The server answers the same paths (`PAGES` in
-// src/http/dashboard.rs; a test compares the two lists).
+// loaded when somebody goes there. The server has the same paths (`PAGES` in src/http/dashboard.rs;
+// a test compares the two lists).
 
 import { may } from "./api/key.js";
 
@@ -33,7 +33,7 @@ export function load({ page }) {
 }
 
 /**
- * The page that a path of the address bar names. Paths without parameters come first.
+ * Returns the page of a path. Paths without parameters come first.
  * @param {string} pathname
  */
 export function match(pathname) {
@@ -75,7 +75,7 @@ function decoded(segment) {
 }
 
 /**
- * The address of a page. Links come from here, never from data.
+ * Returns the address of a page. Links come from here, never from data.
  * @param {PagePath} path @param {Record<string, string | number>} [params]
  * @param {Record<string, string | number | undefined>} [query]
  */
@@ -84,7 +84,7 @@ export function href(path, params = {}, query = {}) {
 }
 
 /**
- * The same of a page that may not be there: then there is no address, and no link.
+ * Returns the address of a page that may be missing; undefined then, so that there is no link.
  * @param {string} path @param {Record<string, string | number>} [params]
  * @param {Record<string, string | number | undefined>} [query]
  */
@@ -92,7 +92,7 @@ export function hrefIf(path, params = {}, query = {}) {
   return pages.some((page) => page.path === path) ? filled(path, params, query) : undefined;
 }
 
-/** Where a job is measured, for those who may. @param {string} jobId */
+/** Returns the address of the page that measures a job, if the caller may. @param {string} jobId */
 export function toMeasure(jobId) {
   return may("measure") ? href("/jobs/{job_id}/measure", { job_id: jobId }) : undefined;
 }

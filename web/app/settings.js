@@ -1,4 +1,4 @@
-// What this browser remembers: language, theme, shortcuts. Kept in localStorage.
+// Settings of this browser: language, theme, shortcuts. Kept in localStorage.
 
 import { computed, effect, signal } from "../vendor/ui.js";
 
@@ -10,16 +10,16 @@ const kept = read();
 
 /** @type {import("../vendor/ui.js").Signal<Language>} */
 export const language = signal(oneOf(kept["language"], ["en", "de", "pseudo"]) ?? ofBrowser());
-/** Of a page whose address names a language, whatever was chosen: a report goes to others. @type {import("../vendor/ui.js").Signal<Language | undefined>} */
+/** The language of a page whose address names one, whatever was chosen: a report goes to others. @type {import("../vendor/ui.js").Signal<Language | undefined>} */
 export const languageOfPage = signal(undefined);
-/** The language that is shown. */
+/** The displayed language. */
 export const shownLanguage = computed(() => languageOfPage.value ?? language.value);
 /** @type {import("../vendor/ui.js").Signal<Theme>} */
 export const theme = signal(oneOf(kept["theme"], ["system", "light", "dark"]) ?? "system");
 export const shortcuts = signal(kept["shortcuts"] !== false);
-/** Whether the list of jobs has a line a job. */
+/** Set if the list of jobs has one line per job. */
 export const compact = signal(kept["compact"] === true);
-/** Columns that the list of jobs does not show, by their keys. */
+/** Columns hidden in the list of jobs, by their keys. */
 export const hidden = signal(Array.isArray(kept["hidden"]) ? kept["hidden"].map(String) : []);
 
 effect(() => {
@@ -29,7 +29,7 @@ effect(() => {
   else root.dataset["theme"] = theme.value;
 });
 
-/** Keeps the settings from now on. */
+/** Stores the settings from now on. */
 export function keep() {
   effect(() => {
     const settings = {
@@ -42,7 +42,7 @@ export function keep() {
     try {
       localStorage.setItem(PLACE, JSON.stringify(settings));
     } catch {
-      // a browser that keeps nothing shows what was chosen until it is closed
+      // without storage a choice lasts until the browser is closed
     }
   });
 }

@@ -1,6 +1,6 @@
-// Runs the tests of a folder: `node test/run.js browser 2` (or `nightly 2`), all of its files in two processes that each
-// keep their browser and their server; `node test/run.js bench`, a process for each file. What was left out is told, and
-// written to the file FLANKFIT_LEFT_OUT.
+// Runs the tests of a folder: `node test/run.js browser 2` (or `nightly 2`), all of its files in
+// two processes that each keep their browser and their server; `node test/run.js bench`, a process
+// for each file. Omitted tests are listed, and written to the file FLANKFIT_LEFT_OUT.
 
 import { fork } from "node:child_process";
 import { appendFile, readdir } from "node:fs/promises";
@@ -12,17 +12,17 @@ import { fileURLToPath } from "node:url";
 const [folder = "browser", workers] = process.argv.slice(2);
 const worker = fileURLToPath(new URL("worker.js", import.meta.url));
 
-/** These take longest, and begin first. */
+/** The longest files, which begin first. */
 const LONG = ["report.test.js", "story.test.js"];
 
-/** After so long a test never ends. */
+/** The time after which a test is taken to hang. */
 const LONGEST_MS = 1_200_000;
 
 /** @param {string} name */
 const place = (name) => (LONG.includes(name) ? LONG.indexOf(name) : LONG.length);
 
 /**
- * Has a process run a file: what it answers, or its end.
+ * Has a process run a file, and returns its results, or its end.
  * @param {ChildProcess} child @param {string} name @returns {Promise<Outcome>}
  */
 function outcome(child, name) {
@@ -43,7 +43,7 @@ function outcome(child, name) {
 }
 
 /**
- * Ends a process, and fails where it has failed and no test of it has.
+ * Ends a process, and fails if it has failed although none of its tests has.
  * @param {ChildProcess} child @param {boolean} failed
  */
 async function end(child, failed) {

@@ -1,4 +1,4 @@
-// The pictures of docs/how-to/dashboard.md, of the job that `flankfit demo` tells: measured, corrected,
+// The pictures of docs/how-to/dashboard.md, of the job of `flankfit demo`: measured, corrected,
 // machined again, accepted. Run by web/screenshots.
 
 import assert from "node:assert/strict";
@@ -19,7 +19,7 @@ const LOOKS = {
   tablet: { settings: { theme: "dark" }, context: { viewport: { width: 768, height: 1024 } } },
 };
 
-/** What stands beside the job of the demonstration in the list. */
+/** The other jobs in the list of the demonstration. */
 const OTHERS = [
   { name: "Planet gear, generating grinding", part_number: "41207", serial_number: "0112", machine: "RZ 260" },
   { name: "Sun gear, hobbed", part_number: "41201", serial_number: "0031", machine: "hobber 1" },
@@ -27,7 +27,7 @@ const OTHERS = [
   { name: "Pump gear, finish grinding", part_number: "97340", serial_number: "0019", machine: "form grinder 2" },
 ];
 
-/** Decides on an iteration by its profile slope beside the limits that hold. @param {World} world @param {string} at @param {string} decision */
+/** Decides on an iteration by its profile slope and the limits that apply. @param {World} world @param {string} at @param {string} decision */
 async function decide({ call }, at, decision) {
   const { fits } = await call("GET", at);
   const { value, conformity } = fits.find((/** @type {any} */ fit) => fit.chosen).figures.profile_slope_um;
@@ -36,10 +36,10 @@ async function decide({ call }, at, decision) {
   await call("PATCH", at, { decision, reason });
 }
 
-/** Of the gear of the example, where its involute has a roll length. @param {number} roll mm */
+/** Returns the diameter at a roll length of the example's gear. @param {number} roll mm */
 const diameter = (roll) => Number((2 * Math.hypot(26 * Math.cos(Math.PI / 9), roll)).toFixed(4));
 
-/** The traces through the middle of the nodes. @param {{ u: number[], v: number[], z: (number | null)[][] }} nodes */
+/** Returns the traces through the middle of the nodes. @param {{ u: number[], v: number[], z: (number | null)[][] }} nodes */
 async function evaluation({ u, v, z }) {
   const request = JSON.parse(await example("requests/gear_evaluate.json"));
   const [row, column] = [4, 7];
@@ -68,7 +68,7 @@ async function jobs(world) {
   }
   const { nodes } = JSON.parse(await example("flank_z52.json"));
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
-  // a band over all that was measured
+  // a band over the whole measured range
   const band = (/** @type {[number, number][]} */ corners) => corners.map(([row, at]) => [diameter(nodes.u[row]), at]);
   Object.assign(requirements.k_bands[0], {
     upper: band([
@@ -94,7 +94,7 @@ async function jobs(world) {
   await call("POST", `${at}/1/evaluations`, await evaluation(nodes));
   await call("POST", `${at}/1/pitch`, JSON.parse(await example("requests/iteration_pitch.json")));
   const correction = JSON.parse(await example("requests/iteration_correction.json"));
-  // what the job asks for stays
+  // the requirements of the job stay
   Object.assign(correction.limits, { profile_crowning: { fixed: true }, helix_crowning: { fixed: true } });
   await call("POST", `${at}/1/correction`, correction);
   await decide(world, `${at}/1`, "remachine");

@@ -1,4 +1,4 @@
-// Pictures of every page, to be looked at: `SHOTS=folder node --test web/test/shots.js`.
+// Pictures of every page, for visual checks: `SHOTS=folder node --test web/test/shots.js`.
 import path from "node:path";
 import { after, test } from "node:test";
 import { inBrowser, serve } from "./browser/harness.js";
@@ -24,7 +24,7 @@ test("pictures", async () => {
       for (const listed of list) {
         const { name } = listed;
         await visit(world, listed);
-        // as high as the page: a capture beyond the window lays it out anew
+        // as high as the page: a capture larger than the window changes its layout
         const { width } = world.page.viewportSize() ?? { width: 1280 };
         const height = await world.page.evaluate(() => document.documentElement.scrollHeight);
         await world.page.setViewportSize({ width, height });

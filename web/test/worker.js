@@ -1,10 +1,10 @@
-// A process of run.js: runs the files that it is told, one after another, and says of each what has failed.
+// A process of run.js: runs files one after another, and reports the failed tests of each.
 
 import { close, settled } from "./browser/harness.js";
 
 const folder = process.argv[2];
 
-/** What nobody has waited for. @type {string[]} */
+/** Unhandled rejections. @type {string[]} */
 const stray = [];
 for (const event of /** @type {const} */ (["unhandledRejection", "uncaughtException"]))
   process.on(event, (/** @type {unknown} */ error) => {

@@ -1,5 +1,5 @@
-// Keys for POSTs that store: the same content is sent under the same key, however often it is tried, until it has been
-// stored; over a reload too, since an answer that was lost may have come of what is stored.
+// Idempotency keys for POSTs that store. The same content keeps its key until it has been stored,
+// also over a reload, since the response to a stored request may have been lost.
 
 import { digestOf } from "../lib/digest.js";
 import { useState } from "../../vendor/ui.js";
@@ -16,11 +16,11 @@ export class Attempt {
       const [digest, key] = JSON.parse(globalThis.sessionStorage?.getItem(this.#place) ?? "[]");
       if (typeof digest === "string" && typeof key === "string") [this.#digest, this.#key] = [digest, key];
     } catch {
-      // a browser that keeps nothing has the key as long as the page is shown
+      // without storage the key is kept as long as the page is shown
     }
   }
 
-  /** The headers of a request with this content. @param {unknown} content */
+  /** Returns the headers of a request with this content. @param {unknown} content */
   headers(content) {
     const digest = digestOf(JSON.stringify(content));
     if (digest !== this.#digest || this.#key === "") {
@@ -30,7 +30,7 @@ export class Attempt {
     return { "Idempotency-Key": this.#key };
   }
 
-  /** It has been stored; the next is another. */
+  /** Marks the content as stored; the next request gets a new key. */
   done() {
     this.#key = "";
     this.#keep(undefined);
@@ -47,14 +47,14 @@ export class Attempt {
   }
 }
 
-/** The attempts of a form. @param {string} name */
+/** Returns the attempts of a form. @param {string} name */
 export function useAttempt(name) {
   return useState(() => new Attempt(name))[0];
 }
 
 /** @returns {string} */
 function newKey() {
-  // not `randomUUID`, which browsers have on secure origins only
+  // not `randomUUID`, which requires a secure origin
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }

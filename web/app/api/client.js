@@ -23,8 +23,8 @@ export const api = createClient({
 });
 
 /**
- * Sends a request with the key, and throws where nobody answers. For what `api` cannot do, such as
- * event streams and files.
+ * Sends a request with the key, and throws if there is no response. For requests that `api` cannot
+ * make, such as event streams and files.
  * @param {Request} request
  */
 export async function transport(request) {
@@ -48,7 +48,8 @@ export async function transport(request) {
 }
 
 /**
- * What was answered, and its tag; throws `ApiError` for a refusal. Events of progress are not seen here.
+ * Returns the data of a response and its tag; throws `ApiError` for a refusal. Progress events are
+ * excluded.
  * @template Data
  * @param {Promise<{ data?: Data, error?: unknown, response: Response }>} pending
  * @returns {Promise<{ data: Exclude<Data, Schema<"Progress">>, etag: string | undefined, response: Response }>}
@@ -63,7 +64,7 @@ export async function answer(pending) {
   };
 }
 
-/** An answer of which the end is lost is none. @param {unknown} error @returns {never} */
+/** Treats a response that was cut off as lost. @param {unknown} error @returns {never} */
 function cutOff(error) {
   throw error instanceof TypeError ? new OfflineError("cut off", { cause: error }) : error;
 }

@@ -1,16 +1,16 @@
-// Whether the server answers. While it does not, it is asked again after 1 … 30 s; data that is
-// shown stays.
+// The state of the connection. While the server is not responding, it is polled after 1 … 30 s;
+// data that is shown stays.
 
 import { signal } from "../../vendor/ui.js";
 import { currentKey, session } from "./key.js";
 import { OfflineError } from "./problem.js";
 
-/** Since when the server has not answered. @type {import("../../vendor/ui.js").Signal<Date | null>} */
+/** The time since which the server has not responded. @type {import("../../vendor/ui.js").Signal<Date | null>} */
 export const lostAt = signal(/** @type {Date | null} */ (null));
 
 const LONGEST = 30_000;
 let wait = 1000;
-/** Whether it was a proxy that has said so: it may answer others meanwhile. */
+/** Flags that a proxy reported the failure: it may still reach the server for other requests. */
 let byProxy = false;
 let foundAt = Number.NEGATIVE_INFINITY;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -18,12 +18,12 @@ let timer;
 
 /** @param {boolean} [probed] the server was asked whether it is there */
 export function connected(probed = false) {
-  // else one answer that a proxy has not would have all others asked for anew, again and again
+  // otherwise one failure behind a proxy would reload all data, again and again
   if (lostAt.peek() === null || (byProxy && !probed)) return;
   lostAt.value = null;
   foundAt = performance.now();
   clearTimeout(timer);
-  // what could not be loaded is asked for again
+  // reload data that could not be loaded
   session.value += 1;
 }
 
@@ -31,7 +31,7 @@ export function connected(probed = false) {
 export function disconnected(ofProxy = false) {
   if (lostAt.peek() === null) {
     byProxy = ofProxy;
-    // what is lost again at once is asked less and less often
+    // repeated failures lower the rate of requests
     wait = performance.now() - foundAt < 2 * LONGEST ? Math.min(2 * wait, LONGEST) : 1000;
     lostAt.value = new Date();
     schedule();
@@ -39,8 +39,8 @@ export function disconnected(ofProxy = false) {
 }
 
 /**
- * Whether a proxy has answered, since the servers behind it are away or the one that it asked was lost: what a server
- * refuses it explains.
+ * Returns true if a proxy has responded because its servers are away. A refusal of the server
+ * itself is explained.
  * @param {Response} response
  */
 export function isOfProxy({ status, headers }) {
@@ -48,7 +48,7 @@ export function isOfProxy({ status, headers }) {
   return status >= 502 && status <= 504 && !explained;
 }
 
-/** Asks whether the server is there. */
+/** Checks that the server is responding. */
 export async function probe() {
   clearTimeout(timer);
   try {
@@ -72,22 +72,22 @@ globalThis.addEventListener?.("online", () => {
   if (lostAt.peek() !== null) probe();
 });
 
-// A request that stores and that a busy server has put off is sent again when the server says so, under the same
-// Idempotency-Key, so that it is stored once; a few times at most, and not once somebody stops it. So is one that nobody
-// has answered: the server may have been lost with it, and another or the same may be there again.
+// Resends a storing request that a busy server has deferred or that had no response: when the
+// server says so, a few times at most, and until it is cancelled. The Idempotency-Key stays, so it
+// is stored once.
 
 /** @typedef {{ seconds: number, lost: boolean, stop: () => void }} PutOff `lost`: not busy, but away */
 
-/** What waits to be sent again. @type {import("../../vendor/ui.js").Signal<readonly PutOff[]>} */
+/** Requests that wait to be sent again. @type {import("../../vendor/ui.js").Signal<readonly PutOff[]>} */
 export const putOff = signal(/** @type {readonly PutOff[]} */ ([]));
 
 const MOST_TRIES = 5;
-/** Since the first try; what is sent long after it was meant surprises. A refused connection takes the tries in 15 s. */
+/** Limit since the first try, since a late request surprises. A refused connection uses up the tries in 15 s. */
 const LONGEST_LOST_MS = 60_000;
 const LONGEST_PAUSE_S = 60;
 
 /**
- * The answer to a request, after as many tries as it takes.
+ * Returns the response to a request, after as many tries as it takes.
  * @param {Request} request @param {(request: Request) => Promise<Response>} send
  */
 export async function sendAgain(request, send) {
@@ -95,7 +95,7 @@ export async function sendAgain(request, send) {
   const key = currentKey();
   const begun = performance.now();
   for (let tries = 1; ; tries += 1) {
-    // what is sent is read, and cannot be sent twice
+    // the body of a sent request is consumed, so it cannot be sent twice
     const copy = tries < MOST_TRIES ? request.clone() : request;
     const answered = await send(copy).catch(unanswered);
     const lost = answered instanceof OfflineError;
@@ -103,7 +103,7 @@ export async function sendAgain(request, send) {
     const late = lost && performance.now() - begun > LONGEST_LOST_MS;
     const more = tries < MOST_TRIES && !late && seconds !== undefined;
     const goesOn = more && (await waited({ seconds, lost }, request.signal));
-    // what somebody has sent is not sent by another
+    // a request is not resent with another key
     if (goesOn && currentKey() === key) continue;
     if (lost) throw answered;
     return answered;
@@ -117,7 +117,7 @@ function unanswered(error) {
 }
 
 /**
- * How long to wait before another try, where that is worth it.
+ * Returns the delay before another try, if one is worth it.
  * @param {number} tries so far @param {Response | OfflineError} answered
  */
 function secondsBefore(tries, answered) {
@@ -128,12 +128,12 @@ function secondsBefore(tries, answered) {
   if ((status !== 503 && status !== 409) || value === null) return undefined;
   const seconds = Number(value);
   if (!(seconds >= 0 && seconds <= LONGEST_PAUSE_S)) return undefined;
-  // the server still does what was sent first, which may take longer than it says each time
+  // the server is still processing the first request, which may take longer than it says each time
   return status === 409 ? Math.max(seconds, pause) : seconds;
 }
 
 /**
- * Whether the time has passed without being stopped.
+ * Waits, and returns false if it was stopped.
  * @param {Omit<PutOff, "stop">} why @param {AbortSignal} ended
  * @returns {Promise<boolean>}
  */

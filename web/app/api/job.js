@@ -34,7 +34,7 @@ async function wholeTrace(jobId, signal) {
   }
 }
 
-/** The fit that stands. @param {TracedIteration} iteration */
+/** Returns the chosen fit. @param {TracedIteration} iteration */
 export function chosenFit({ fits }) {
   return fits.find(({ chosen }) => chosen) ?? fits.at(-1);
 }

@@ -1,21 +1,21 @@
-// The API key of this browser: in sessionStorage, in localStorage when asked for, never in a URL.
+// The API key of this browser: in sessionStorage, on request in localStorage, never in a URL.
 
 import { signal } from "../../vendor/ui.js";
 
 const PLACE = "flankfit.key";
 const MAY = "flankfit.may";
 
-/** Grows with every new key or connection: whoever shows data asks for it again. */
+/** Grows with every new key or connection, upon which data is loaded again. */
 export const session = signal(0);
 
-/** What the server wanted a key for, while the dialog asks for one. @type {import("../../vendor/ui.js").Signal<"unauthorized" | "forbidden" | null>} */
+/** The reason for which the server requires a key, while the dialog is open. @type {import("../../vendor/ui.js").Signal<"unauthorized" | "forbidden" | null>} */
 export const keyWanted = signal(/** @type {"unauthorized" | "forbidden" | null} */ (null));
 
 /** @typedef {import("./client.js").Schema<"Whoami">} Whoami */
-/** Who asks, as the server said last. @type {import("../../vendor/ui.js").Signal<Whoami | undefined>} */
+/** The caller, as the server said last. @type {import("../../vendor/ui.js").Signal<Whoami | undefined>} */
 export const caller = signal(storedCaller());
 
-/** Whether the caller may ask for what needs this scope; as long as nobody has said, they may try. @param {Whoami["scopes"][number]} scope */
+/** Returns true if the caller has this scope, or if their scopes are not known yet. @param {Whoami["scopes"][number]} scope */
 export function may(scope) {
   return caller.value?.scopes.includes(scope) ?? true;
 }
@@ -28,7 +28,7 @@ export function setCaller(who) {
   else sessionStorage.removeItem(MAY);
 }
 
-/** From this tab, so that a reload offers at once what it offered before. @returns {Whoami | undefined} */
+/** Returns the caller stored in this tab, so that a reload offers the same actions at once. @returns {Whoami | undefined} */
 function storedCaller() {
   try {
     return JSON.parse(globalThis.sessionStorage?.getItem(MAY) ?? "null") ?? undefined;
@@ -42,7 +42,7 @@ export function currentKey() {
   return sessionStorage.getItem(PLACE) ?? localStorage.getItem(PLACE);
 }
 
-/** Whether the key outlives the tab. */
+/** Returns true if the key outlives the tab. */
 export function isRemembered() {
   return localStorage.getItem(PLACE) !== null;
 }

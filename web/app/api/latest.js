@@ -1,4 +1,4 @@
-// One request under way at most; of what is wanted meanwhile only the last is sent.
+// At most one request under way; of the requests wanted meanwhile only the last is sent.
 
 import { useLayoutEffect, useRef, useState } from "../../vendor/ui.js";
 import { underway } from "./resource.js";

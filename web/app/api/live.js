@@ -1,7 +1,7 @@
-// What others do to the job that is shown, or to any: an event stream, one for each visible tab. It
-// goes on after the last event seen, waits 1 … 30 s before it is asked for again, and is closed where
-// the tab has been hidden for 30 s, since a browser has six connections for a server. While somebody
-// types, news wait, so that nothing jumps.
+// Changes by others to the job that is shown, or to any job: one event stream per visible tab. It
+// resumes after the last event, reconnects after 1 … 30 s, and is closed in tabs that have been
+// hidden for 30 s, since a browser has six connections per server. While somebody types, events are
+// held back, so that nothing jumps.
 
 import { useEffect, useRef } from "../../vendor/ui.js";
 import { eventsOf } from "../lib/event_stream.js";
@@ -58,9 +58,9 @@ function follow(path, notify) {
       const headers = { accept: "text/event-stream", "last-event-id": last };
       const response = await transport(new Request(place, { headers, signal, cache: "no-store" }));
       if (!response.ok || !response.body) {
-        // a key that was good when the page was opened
+        // the key was valid when the page was opened
         if (begun && response.status === 401) keyWanted.value = "unauthorized";
-        // who may not, or what is not there any more, is not asked for again
+        // stop if the caller lacks permission or the resource is gone
         if (response.status < 500 && response.status !== 429) return;
         throw new Error(`events: ${response.status}`);
       }
@@ -69,7 +69,7 @@ function follow(path, notify) {
       notifyQuietly([]);
       await read(response.body);
     } catch {
-      // a lost connection has been told of by the transport
+      // the transport has reported the lost connection
     }
     open = undefined;
     if (ended || signal.aborted) return;
@@ -106,7 +106,7 @@ function follow(path, notify) {
   };
 }
 
-/** Keeps news while a dialog is open or a field has the focus. @param {Listener} notify */
+/** Holds back events while a dialog is open or a field has the focus. @param {Listener} notify */
 function whenNobodyTypes(notify) {
   /** @type {JobEvent[] | undefined} */
   let waiting;
@@ -139,7 +139,8 @@ function isTyping() {
 }
 
 /**
- * Does at once what has rested for long enough, and else as soon as it has. A page that has just been begun has read all.
+ * Calls `act` at once if the last call was long enough ago, else as soon as that is so. A new page
+ * counts as a call.
  * @param {number} wait in ms @param {() => void} act
  */
 export function useAtMostEvery(wait, act) {

@@ -1,8 +1,8 @@
-// What a request failed with.
+// Errors of requests.
 
 /** @typedef {import("./client.js").Schema<"Problem">} Problem */
 
-/** The server refused: `application/problem+json`. */
+/** A refusal of the server: `application/problem+json`. */
 export class ApiError extends Error {
   /** @param {Problem} problem @param {Response} response */
   constructor(problem, response) {
@@ -11,22 +11,22 @@ export class ApiError extends Error {
     this.status = response.status;
     this.code = problem.code;
     this.requestId = problem.request_id ?? response.headers.get("x-request-id") ?? undefined;
-    /** Seconds after which the server wants to be asked again. @type {number | undefined} */
+    /** The seconds after which the server wants another try. @type {number | undefined} */
     this.retryAfter = seconds(response.headers.get("retry-after"));
   }
 
-  /** What is wrong at places that none of these pointers (or anything below them) names. @param {readonly string[]} known */
+  /** Returns the errors outside of these pointers and everything below them. @param {readonly string[]} known */
   faultsElsewhere(known) {
     const errors = this.problem.errors ?? [];
     return errors.filter(({ pointer }) => !known.some((one) => pointer === one || pointer.startsWith(`${one}/`)));
   }
 }
 
-/** There was no answer. */
+/** A request without a response. */
 export class OfflineError extends Error {}
 
 /**
- * The faults at a pointer and below it.
+ * Returns the errors at a pointer and below it.
  * @param {unknown} error @param {string} pointer
  */
 export function faultsAt(error, pointer) {
@@ -36,7 +36,7 @@ export function faultsAt(error, pointer) {
   );
 }
 
-/** What a response that is no problem+json says, as a problem. @param {Response} response @returns {Problem} */
+/** Makes a problem of a response that is not problem+json. @param {Response} response @returns {Problem} */
 export function unexplained(response) {
   const title = response.statusText || `HTTP ${response.status}`;
   return { type: "about:blank", title, status: response.status, code: "unexplained", detail: title };

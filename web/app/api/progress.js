@@ -1,4 +1,4 @@
-// What may take long is answered with progress (`Accept: text/event-stream`): its last event is the answer. Aborting
+// Requests with progress (`Accept: text/event-stream`): the last event is the result. Aborting
 // closes the connection, which cancels the work.
 
 import { eventsOf } from "../lib/event_stream.js";
@@ -9,7 +9,7 @@ import { OfflineError } from "./problem.js";
 /** @typedef {(progress: { done: number, seconds: number | undefined }) => void} OnProgress `done` from 0 to 1; `seconds` that remain */
 
 /**
- * The `fetch` of such requests: its response is that of the plain request.
+ * Returns a `fetch` for such requests: its response is that of the plain request.
  * @param {OnProgress} onProgress
  * @returns {(request: Request) => Promise<Response>}
  */
@@ -19,7 +19,7 @@ export const withProgress = (onProgress) => (request) => sendAgain(request, (one
 async function followed(request, onProgress) {
   request.headers.set("accept", "text/event-stream");
   const response = await transport(request);
-  // what is refused at once has no events
+  // an immediate refusal has no events
   if (!response.ok || !response.body) return response;
   try {
     for await (const events of eventsOf(response.body)) {

@@ -1,4 +1,4 @@
-// What is kept with an iteration beside its fits: evaluations, corrections and the like.
+// Records of an iteration: evaluations, corrections and the like.
 
 import { answer, api } from "./client.js";
 import { useResource } from "./resource.js";
@@ -6,7 +6,7 @@ import { useResource } from "./resource.js";
 /** @typedef {import("./client.js").Schema<"RecordSummary">} RecordSummary */
 /** @typedef {import("./client.js").Schema<"JobRecord">} JobRecord */
 
-/** All records of an iteration, oldest first, without what they hold. @param {string} jobId @param {number} number */
+/** Returns all records of an iteration, oldest first, without their contents. @param {string} jobId @param {number} number */
 export function useRecords(jobId, number) {
   return useResource(`records ${jobId} ${number}`, (signal) => allRecords(jobId, number, signal));
 }
@@ -27,7 +27,7 @@ async function allRecords(jobId, number, signal) {
   }
 }
 
-/** A record in full; none where there is no id. @param {string} jobId @param {number} number @param {string | undefined} id */
+/** Returns a record in full, if there is an ID. @param {string} jobId @param {number} number @param {string | undefined} id */
 export function useRecord(jobId, number, id) {
   return useResource(id === undefined ? null : `record ${jobId} ${number} ${id}`, (signal) => {
     const params = { path: { job_id: jobId, number, record_id: id ?? "" } };

@@ -18,10 +18,10 @@ import { ApiError } from "./problem.js";
  * @property {(data: Data, etag: string | undefined) => void} put takes over what a change has answered
  */
 
-/** How many resources of a page are on their way; `main` is busy until there is none. */
+/** The number of resources being loaded; `main` is busy until it is 0. */
 export const underway = signal(0);
 
-/** What was loaded last, so that a page left and returned to stands at once. @type {Map<string, { data: unknown, etag: string | undefined }>} */
+/** The data loaded last, so that a page appears at once when somebody returns to it. @type {Map<string, { data: unknown, etag: string | undefined }>} */
 const kept = new Map();
 const MOST_KEPT = 60;
 
@@ -33,7 +33,7 @@ function keep(key, value) {
   if (kept.size > MOST_KEPT && oldest !== undefined) kept.delete(oldest);
 }
 
-/** Forgets what was loaded: another key may see other things. */
+/** Discards all loaded data: another key may see other things. */
 export function forgetResources() {
   kept.clear();
 }
@@ -49,8 +49,8 @@ export function useResource(key, load) {
   const [state, setState] = useState(() => begin(key));
   const current = state.key === key ? state : begin(key);
 
-  // the same key is the same thing, so `load` need not be among what it depends on; before the browser paints, so that
-  // no page seems to stand between what has come and what is asked for after it
+  // the same key is the same resource, so `load` is no dependency; before the browser paints, so
+  // that no page appears between a resource and the next one it requests
   useLayoutEffect(() => {
     if (key === null) return undefined;
     const abort = new AbortController();

@@ -1,5 +1,5 @@
-// A stream of nodes that is being measured, and its estimates since it has been looked at: the
-// server answers the last one only.
+// A stream of nodes being measured, and its estimates since the page was opened: the server returns
+// the last one only.
 
 import { useRef } from "../../vendor/ui.js";
 import { answer, api } from "./client.js";
@@ -10,7 +10,7 @@ import { useResource } from "./resource.js";
 /** @typedef {import("./client.js").Schema<"FitResult">} FitResult */
 /** @typedef {{ nodes: number, result: FitResult }} Estimate */
 
-/** At most two requests a second. */
+/** Delay for at most two requests a second. */
 const LEAST_WAIT = 500;
 const MOST_KEPT = 2000;
 
@@ -18,7 +18,7 @@ const MOST_KEPT = 2000;
 const histories = new Map();
 
 /** @typedef {{ after: number, u: number[], v: number[], z: number[] }} Gathered */
-/** The nodes of streams as far as they have been asked for. @type {Map<string, Gathered>} */
+/** The nodes of streams as far as they have been loaded. @type {Map<string, Gathered>} */
 const gathered = new Map();
 
 /** @param {string} streamId */
@@ -33,7 +33,8 @@ export function useStream(streamId) {
 }
 
 /**
- * The streams of a job that are being measured, among its first 200: the server lists the oldest first, and by no state.
+ * Returns the streams of a job that are being measured, among its first 200: the server lists the
+ * oldest first and cannot filter by state.
  * @param {string} jobId
  */
 export function useOpenStreams(jobId) {
@@ -52,7 +53,7 @@ function remember({ id, node_count: nodes, result }) {
 }
 
 /**
- * The nodes so far, of which only the blocks are asked for that have not come yet; none of curves.
+ * Returns the nodes so far; only new blocks are requested, and none of curves.
  * @param {Stream} stream
  */
 export function useStreamNodes({ id, sequence, state }) {
@@ -70,13 +71,13 @@ export function useStreamNodes({ id, sequence, state }) {
     const { u, v, z } = gathered.get(id) ?? { u: [], v: [], z: [] };
     return { data: { u: [...u], v: [...v], z: [...z] } };
   });
-  // what came last stays until the next is there
+  // the previous data stays until the next is there
   const last = useRef(resource.data);
   if (resource.data) last.current = resource.data;
   return { ...resource, data: resource.data ?? last.current };
 }
 
-/** Each block once, whichever of two answers brings it. @param {string} id @param {readonly import("./client.js").Schema<"PostedStreamBlock">[]} blocks */
+/** Adds each block once, whichever of two responses brings it. @param {string} id @param {readonly import("./client.js").Schema<"PostedStreamBlock">[]} blocks */
 function gather(id, blocks) {
   const all = gathered.get(id) ?? { after: 0, u: [], v: [], z: [] };
   for (const { sequence, nodes } of blocks) {

@@ -7,7 +7,7 @@ import { useResource } from "./resource.js";
 
 /** @typedef {import("./client.js").Schema<"Gear">} Gear */
 
-/** Those of a class; nothing is asked for without gear or class. @param {Gear | null | undefined} gear @param {string} of */
+/** Returns the tolerances of a class; requests nothing without gear or class. @param {Gear | null | undefined} gear @param {string} of */
 export function useTolerances(gear, of) {
   const wanted = gear && CLASSES.includes(of) && may("compute");
   return useResource(wanted ? `tolerances ${of} ${JSON.stringify(gear)}` : null, (signal) =>

@@ -1,10 +1,10 @@
-// Something that takes long and is waited for: how far it is, and a way to stop it.
+// A long request: its progress, and a way to stop it.
 
 import { useRef, useState } from "../../vendor/ui.js";
 import { answer } from "./client.js";
 import { withProgress } from "./progress.js";
 
-/** It was stopped, but what had arrived by then may have been stored. */
+/** A request that was stopped, although the data that had arrived may have been stored. */
 export class CancelledError extends Error {}
 
 /** @typedef {{ done: number, seconds: number | undefined } | undefined} Progress */
@@ -30,7 +30,7 @@ export function useWatched() {
       abort.current = own;
       const stop = () => own.abort();
       signal?.addEventListener("abort", stop, { once: true });
-      // of two that overlap only the later is told of
+      // of two that overlap only the later is reported
       const update = (/** @type {typeof state} */ next) => {
         if (abort.current === own) setState(next);
       };

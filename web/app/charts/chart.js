@@ -1,5 +1,5 @@
-// A chart: a name, a summary sentence, SVG with axes, its points to be read out by pointer and
-// keyboard, and the same as a table.
+// A chart: a name, a summary sentence, SVG with axes, points that pointer and keyboard read out,
+// and the same as a table.
 //
 //     h(Chart, { name, summary, x, y, probes, data, children: (plot) => h(Line, { plot, points }) })
 
@@ -20,7 +20,7 @@ import { scaleOf, ticksOf } from "./scale.js";
  */
 
 const MARGIN = { top: 12, right: 16, bottom: 44, left: 70 };
-/** What a digit of a tick needs, and the axis's title beside it, pixels. */
+/** Width of a digit of a tick, and of the axis title next to it, pixels. */
 const [DIGIT, TITLE] = [7, 34];
 
 /**
@@ -86,7 +86,7 @@ export function Chart({ name, summary, x, y, height = 320, children, probes = []
 }
 
 /**
- * Reads points out: as a slider, which screen readers know how to say.
+ * Reads points out, as a slider for screen readers.
  * @param {{ id: string, name: string, probes: readonly Probe[], at: number | null, setAt: (at: number | null) => void, plot: Plot, left: number,
  *   onPick: ((probe: Probe, index: number) => void) | undefined, children: Children }} props
  */
@@ -122,14 +122,14 @@ function nearest(probes, plot, px, py) {
   let best = /** @type {number | null} */ (null);
   let least = Number.POSITIVE_INFINITY;
   for (const [i, { x, y }] of probes.entries()) {
-    // along x first: whoever follows a line need not stay on it
+    // along x first: a pointer that follows a line need not stay on it
     const distance = Math.abs(plot.x(x) - px) + 0.15 * Math.abs(plot.y(y) - py);
     if (distance < least) [best, least] = [i, distance];
   }
   return best;
 }
 
-/** Where there is no value, a place only. @param {{ plot: Plot, probe: Probe }} props */
+/** A missing value: a place only. @param {{ plot: Plot, probe: Probe }} props */
 function Crosshair({ plot, probe }) {
   const [x, y] = [plot.x(probe.x), plot.y(probe.y)];
   const across = Number.isFinite(y);
@@ -179,7 +179,7 @@ function plotOf(x, y, width, height) {
   return { x: scaleOf(x, [0, inner]), y: up, width: inner, height: tall };
 }
 
-/** The width of an element, as it changes. @returns {[import("../../vendor/ui.js").RefObject<HTMLDivElement | null>, number]} */
+/** Returns the width of an element, as it changes. @returns {[import("../../vendor/ui.js").RefObject<HTMLDivElement | null>, number]} */
 export function useWidth() {
   const box = useRef(/** @type {HTMLDivElement | null} */ (null));
   const [width, setWidth] = useState(640);

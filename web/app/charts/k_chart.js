@@ -8,7 +8,7 @@ import { html, useId } from "../../vendor/ui.js";
 /** @typedef {import("../lib/traces.js").Sample} Sample */
 /** @typedef {import("../lib/traces.js").DrawnBand} DrawnBand */
 /**
- * What all charts of a sheet share.
+ * The scale that all charts of a sheet share.
  * @typedef {object} KScale
  * @property {readonly [number, number]} length mm
  * @property {readonly [number, number]} deviation µm
@@ -21,11 +21,11 @@ export const PIXEL = 25.4 / 96;
 const EDGE = { long: 18, across: 34, end: 34 };
 /** Height of the ticks and the scale bar below the frame, pixels. */
 const BELOW = 36;
-/** What the unit at the end of an axis needs, pixels. */
+/** The width of the unit at the end of an axis, pixels. */
 const UNIT = 26;
-/** How far labels are apart at least, one below the other, pixels. */
+/** The minimum distance of labels below each other, pixels. */
 const LINE = 11;
-/** Least and greatest length of a scale bar, pixels: 3 … 20 mm. */
+/** The limits of the length of a scale bar, pixels: 3 … 20 mm. */
 const [SHORTEST_BAR, LONGEST_BAR] = [3 / PIXEL, 20 / PIXEL];
 
 /**
@@ -105,7 +105,7 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
 }
 
 /**
- * The axes' units, where sheets have them; the one side the frame where no length stands.
+ * Units of the axes, as on printed sheets; the one left of the frame avoids the labels of lengths.
  * @param {boolean} flat @param {number} width @param {number} height @param {readonly number[]} taken where lengths stand side the frame
  */
 function units(flat, width, height, taken) {
@@ -119,7 +119,8 @@ function units(flat, width, height, taken) {
 }
 
 /**
- * Returns the length of a scale bar that can be measured with a ruler: the usual one (10 µm or 1 mm) or, if it does not fit, the next of 1, 2, 5.
+ * Returns the length of a scale bar that can be measured with a ruler: the usual one (10 µm or 1
+ * mm) or, if it does not fit, the next of 1, 2, 5.
  * @param {number} usual @param {number} pixels for one unit @param {number} space pixels
  */
 export function barLength(usual, pixels, space) {
@@ -149,7 +150,7 @@ function scaleBars({ perLength, perDeviation }, flat, width, height) {
   </g>`;
 }
 
-/** Root or tip, face I or II: side the frame, where the axis ends. @param {string} text @param {boolean} last @param {boolean} flat @param {number} width @param {number} height */
+/** Root or tip, face I or II: at the end of the axis, outside the frame. @param {string} text @param {boolean} last @param {boolean} flat @param {number} width @param {number} height */
 function endMark(text, last, flat, width, height) {
   const right = EDGE.across + width;
   const [x, y, anchor] = flat
@@ -158,7 +159,7 @@ function endMark(text, last, flat, width, height) {
   return html`<text key=${`end${last}`} class="k-end" x=${x} y=${y} text-anchor=${anchor}>${text}</text>`;
 }
 
-/** Stretches of samples that are there and of which something holds. @param {readonly Sample[]} samples @param {(sample: Sample, index: number) => boolean} holds */
+/** Returns stretches of existing samples that meet a condition. @param {readonly Sample[]} samples @param {(sample: Sample, index: number) => boolean} holds */
 function runs(samples, holds) {
   /** @type {{ at: number, value: number, index: number }[][]} */
   const found = [];
@@ -176,7 +177,7 @@ function runs(samples, holds) {
   return found;
 }
 
-/** Ticks at whole µm, spaced by at least the width of their labels. @param {number} low @param {number} high @param {number} wide */
+/** Returns ticks at whole µm, spaced by at least the width of their labels. @param {number} low @param {number} high @param {number} wide */
 function ticksOf(low, high, wide) {
   const spacing = Math.max(-low, high) < 10 ? 20 : 30;
   const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= spacing) ?? 1000;
@@ -184,11 +185,12 @@ function ticksOf(low, high, wide) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
 }
 
-/** About the width of a label, pixels. @param {string} text */
+/** Estimates the width of a label, pixels. @param {string} text */
 const labelWidth = (text) => 6.5 * text.length;
 
 /**
- * The labels of the length axis: the ends of the evaluation range, and ticks where these leave room.
+ * Returns the labels of the length axis: the ends of the evaluation range, and ticks that do not
+ * overlap them.
  * @param {readonly [number, number]} length @param {readonly [number, number] | undefined} range @param {number} perLength pixels for a mm @param {boolean} flat
  * @returns {{ at: number, text: string, end: boolean }[]}
  */

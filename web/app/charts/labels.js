@@ -1,10 +1,10 @@
 // Labels of places along x that do not overlap: rows for them.
 
-/** About the width of a label in a chart, in pixels. @param {string} text */
+/** Estimates the width of a label in a chart, in pixels. @param {string} text */
 export const labelWidth = (text) => 6.8 * text.length + 10;
 
 /**
- * Joins what stands at one place, and gives each label the first row in which it is free.
+ * Joins labels at the same place, and gives each label the first free row.
  * @param {readonly { x: number, label: string }[]} marks places in pixels @param {number} width of the plot
  * @returns {{ x: number, label: string, row: number, end: boolean }[]} `end`: the label ends at its place
  */

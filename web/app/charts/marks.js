@@ -1,4 +1,4 @@
-// What charts are drawn of. Each takes the chart's frame, and values in the units of its axes.
+// Marks of charts. Each takes the chart's frame, and values in the units of its axes.
 
 import { area, curveStepAfter, line } from "../../vendor/d3.js";
 import { html, useId } from "../../vendor/ui.js";
@@ -43,7 +43,7 @@ export function Band({ plot, points, series = "blue", hatched = false }) {
   </g>`;
 }
 
-/** Part of the x axis, over all of the height. @param {{ plot: Plot, from: number, to: number, label?: string }} props */
+/** A part of the x axis, over the full height. @param {{ plot: Plot, from: number, to: number, label?: string }} props */
 export function Span({ plot, from, to, label }) {
   const [left, right] = [plot.x(from), plot.x(to)].sort((a, b) => a - b);
   if (!finite(left) || !finite(right)) return null;

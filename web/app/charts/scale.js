@@ -28,7 +28,7 @@ export function scaleOf({ scale = "linear", domain, nice = false }, range) {
   return nice ? made.nice() : made;
 }
 
-/** A domain of one value has a width too. @param {readonly [number, number]} domain @param {"linear" | "log"} scale */
+/** Widens a domain of a single value. @param {readonly [number, number]} domain @param {"linear" | "log"} scale */
 function widened([from, to], scale) {
   if (from !== to) return [from, to];
   if (scale === "log") return [from / 2, to * 2];
@@ -45,7 +45,7 @@ export function ticksOf(scale, { scale: kind = "linear", ticks = 6 }, formats) {
   const [low, high] = [Math.min(a, b), Math.max(a, b)];
   if (kind !== "log") return linearTicks(scale, low, high, ticks, formats);
   const found = logTicks(low, high, ticks, formats);
-  // within a part of a decade there may be none that is named
+  // within a part of a decade there may be no labelled one
   if (found.filter(({ label }) => label !== null).length > 1) return found;
   return linearTicks(scaleLinear().domain([low, high]), low, high, Math.min(ticks, 4), formats);
 }
@@ -59,13 +59,13 @@ function linearTicks(scale, low, high, count, formats) {
   return scale.ticks(count).map((value) => ({ value, label: write(value) }));
 }
 
-/** Powers of ten; within few decades also their 2 and 5, the others small. @param {number} low @param {number} high @param {number} count @param {Formats} formats */
+/** Returns powers of ten; within few decades also their 2 and 5, the others small. @param {number} low @param {number} high @param {number} count @param {Formats} formats */
 function logTicks(low, high, count, formats) {
   const [first, last] = [Math.floor(Math.log10(low) + 1e-9), Math.ceil(Math.log10(high) - 1e-9)];
   const decades = Math.log10(high / low);
   const every = Math.max(1, Math.ceil((last - first) / count));
   const labelled = decades <= 1.2 ? [1, 2, 3, 5] : decades <= 2.5 ? [1, 2, 5] : [1];
-  // one way for all labels of an axis
+  // one format for all labels of an axis
   const plain = first >= -3 && last <= 4;
   /** @type {Tick[]} */
   const found = [];

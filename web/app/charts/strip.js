@@ -1,5 +1,5 @@
-// An estimate in a cell of a table: its error, its interval, the bound of its bias, least squares, and its limits, along
-// a line. What is drawn stands as numbers in the same row, and in the name of the picture.
+// An estimate in a cell of a table: its error, interval, bias bound, least-squares value and
+// limits, along a line. The same row and the name of the picture have the numbers.
 
 import de from "../i18n/de/strip.js";
 import en from "../i18n/en/strip.js";
@@ -15,10 +15,10 @@ import { scaleOf } from "./scale.js";
 
 const t = texts({ en, de });
 const MARGIN = 7;
-/** The width of a strip, and the height of a lane that has it for itself, or shares it, and on paper. */
+/** The width of a strip, and the height of a lane: alone, shared, and on paper. */
 const [WIDTH, ALONE, SHARED] = [168, 20, 14];
 const [WIDTH_ON_PAPER, ON_PAPER] = [66, 7];
-/** How far from the middle of its lane a mark goes, as a part of it. */
+/** The distance of a mark from the middle of its lane, relative to the lane. */
 const [BIAS, SHORT] = [0.34, 0.42];
 
 /**
@@ -39,7 +39,7 @@ export function Strip({ estimates, limits, unit, domain = stripDomain(estimates,
   };
   const zero = plot.x(0);
   const [low, high] = (limits ?? []).map((end) => plot.x(end));
-  // where colours do not name the estimates, one outside its limits is red
+  // if colours do not name the estimates, one outside its limits is red
   const [least = Number.NEGATIVE_INFINITY, greatest = Number.POSITIVE_INFINITY] = limits ?? [];
   const out = drawn.length === 1 && drawn.every(({ value }) => finite(value) && (value < least || value > greatest));
   const name = drawn.map((one) => said(one, limits, unit)).join(" ");
@@ -67,7 +67,7 @@ function Lane({ plot, one, y, small }) {
   </g>`;
 }
 
-/** What a strip shows, in words. @param {Drawn} one @param {readonly number[] | null | undefined} limits @param {string | undefined} unit */
+/** Describes a strip in words. @param {Drawn} one @param {readonly number[] | null | undefined} limits @param {string | undefined} unit */
 function said({ name, value, error, interval, intervalError, bias, leastSquares }, limits, unit) {
   const { value: write } = fmt;
   const behind = unit ? `\u202f${unit}` : "";
@@ -82,7 +82,7 @@ function said({ name, value, error, interval, intervalError, bias, leastSquares 
 }
 
 /**
- * What the marks of strips mean.
+ * The legend of the marks of strips.
  * @param {{ estimates: readonly Drawn[], limited?: boolean, oneScale?: boolean, named?: readonly { name: string, series?: Series, sign?: Drawn["sign"] }[] }} props
  *   of the strips; `named`: what is told apart by colour and shape; `oneScale`: all of a column, not each row its own
  */

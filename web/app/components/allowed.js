@@ -1,4 +1,4 @@
-// What a role may not do is not offered; where a page is for nothing else, it says so.
+// Actions that a role lacks permission for are hidden; a page that needs one says so.
 
 import { caller, currentKey, keyWanted, may } from "../api/key.js";
 import { t } from "../i18n/common.js";
@@ -9,7 +9,7 @@ import { Empty } from "./states.js";
 /** @typedef {"compute" | "measure" | "decide"} Scope */
 
 /**
- * The children, or why they are not there.
+ * The children, or the reason for their absence.
  * @param {{ scope: Scope, children: () => Children, short?: boolean }} props `short`: a line instead of a block
  */
 export function Allowed({ scope, children, short = false }) {

@@ -1,10 +1,10 @@
-// Of a graphic that is no chart of `charts/`: the button that shows the same as a table.
+// The button that shows a graphic outside of `charts/` as a table.
 
 import { t } from "../i18n/common.js";
 import { h, html, useState } from "../../vendor/ui.js";
 
 /**
- * Whether the table is shown, and its button.
+ * Returns the state of the table, and its button.
  * @param {string} name of the graphic, since a page may have several
  */
 export function useAsTable(name) {

@@ -1,4 +1,4 @@
-// Columns that tables of fits and of coefficients have in common.
+// Columns common to tables of fits and of coefficients.
 
 import { fmt } from "../i18n/i18n.js";
 import { h, html } from "../../vendor/ui.js";
@@ -12,7 +12,7 @@ import { WithError } from "./figure.js";
  * @typedef {import("./table.js").Column<Row>} Column
  */
 
-/** The criterion that chose, as the head of its row. @template {{ criterion?: string | null }} Row @param {string} header @returns {Column<Row>} */
+/** The criterion of a choice, as the head of its row. @template {{ criterion?: string | null }} Row @param {string} header @returns {Column<Row>} */
 export const criterionColumn = (header) => ({
   key: "criterion",
   header,
@@ -22,7 +22,7 @@ export const criterionColumn = (header) => ({
 });
 
 /**
- * A number: in the table as `write` writes it, in the file in full.
+ * A number: in the table as `write` formats it, in the file in full.
  * @template Row
  * @param {string} key @param {string} header @param {(row: Row) => Maybe} of
  * @param {{ write?: ((value: Maybe) => string) | undefined, unit?: string | undefined }} [more] `write`: by default three digits

@@ -1,4 +1,4 @@
-// The CSV of a correction for the machine's control.
+// The CSV of a correction for the machine's controller.
 
 import { transport } from "../api/client.js";
 import { t as common } from "../i18n/common.js";

@@ -1,4 +1,4 @@
-// What a correction is asked for with. What was typed stays, whatever becomes of the request.
+// The form of a correction. The input stays, whatever the result of the request.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -18,7 +18,7 @@ import { notify } from "./toast.js";
 /** @typedef {import("../lib/correction.js").LimitDraft} LimitDraft */
 /** @typedef {import("../api/client.js").Schema<"CorrectionRequest">} CorrectionRequest */
 
-/** Pointers whose faults stand at their fields. */
+/** Pointers of errors that are shown at fields. */
 const AT_FIELDS = [
   "/sensitivity",
   "/noise_sigma_um",

@@ -23,7 +23,7 @@ import { useAsTable } from "./as_table.js";
 export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
   const measured = surfaceOf(nodes);
   if (!measured) return html`<p class="quiet">${t.noMaps}</p>`;
-  // corrections count in µm, + = material out, and take heights of which nothing was said as such
+  // corrections are in µm, + = material out; heights of unknown meaning are taken as such
   const factor = micrometres(axes) ?? 1;
   const before = withHeights(
     measured,

@@ -1,4 +1,4 @@
-// A correction: what to change at the machine, what it should bring, and what came of it.
+// A correction: the changes at the machine, the prediction, and the result.
 
 import { Strip, StripLegend } from "../charts/strip.js";
 import { t } from "../i18n/correction.js";
@@ -31,11 +31,11 @@ const NAMES = new Set([
   "tool_axis_offset",
 ]);
 
-/** The request that a correction was asked for with. @param {Correction} kept */
+/** Returns the request of a correction. @param {Correction} kept */
 export const requestOf = ({ request }) =>
   /** @type {import("../api/client.js").Schema<"CorrectionRequest">} */ (/** @type {unknown} */ (request));
 
-/** A setting in words; those of a matrix have the caller's. @param {string} name @returns {string} */
+/** The name of a setting; those of a matrix have the caller's. @param {string} name @returns {string} */
 export function settingName(name) {
   if (NAMES.has(name)) return t[/** @type {"twist"} */ (name)];
   // settings that a machine has for each flank
@@ -49,14 +49,14 @@ const settingCell = (name) =>
     ? html`${settingName(name)} <code class="quiet" translate="no">${name}</code>`
     : html`<span translate="no">${name}</span>`;
 
-/** Minutes by their name: their sign is too small to be read. @param {string | null | undefined} unit */
+/** Replaces the sign for minutes by the word: the sign is too small to be read. @param {string | null | undefined} unit */
 const sign = (unit) => (unit === "arcmin" || unit === "′" ? "arcmin" : (unitSign(unit) ?? ""));
 
-/** The sign of degrees stands at its number. @param {string | null | undefined} unit */
+/** Joins the degree sign to its number. @param {string | null | undefined} unit */
 export const unitOf = (unit) => (unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
 
-/** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
-function entered({ change, rounded, limited, fixed, undetermined, unchanged, std_error }) {
+/** A change as it is entered: all digits of its step, else to the second digit of its error. @param {SettingChange} setting */
+function entered({ change, rounded, limited, fixed, undetermined, left, std_error }) {
   const { value } = fmt;
   if (unchanged) return t.leave;
   if (fixed || (undetermined && change === 0)) return ABSENT;
@@ -83,7 +83,7 @@ function notesOf({ unit, limited, fixed, rounded, unrounded, unlimited, std_erro
   </span>`;
 }
 
-/** Why settings are not changed or their changes mean little, each reason once. @param {{ settings: readonly SettingChange[] }} props */
+/** Reasons for which settings stay or their changes mean little, each once. @param {{ settings: readonly SettingChange[] }} props */
 function Reasons({ settings }) {
   /** @param {(setting: SettingChange) => unknown} of */
   const names = (of) =>
@@ -99,17 +99,17 @@ function Reasons({ settings }) {
   return html`${reasons.map(({ reason, of }) => html`<span key=${reason} class="reason">${reason}: ${of}.</span> `)}`;
 }
 
-/** A change that is made although it is not distinguishable from none. @param {SettingChange} setting */
+/** A change that is made although it is indistinguishable from zero. @param {SettingChange} setting */
 const isUnsure = (setting) => !isIdle(setting) && !setting.limited && !significant(setting);
 
 /** @param {SettingChange} setting */
 const isIdle = ({ fixed, undetermined, unchanged }) => Boolean(fixed || undetermined || unchanged);
 
-/** A change as it is drawn; none where none was wanted. @param {SettingChange} setting */
-const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, unchanged }) =>
-  fixed || unchanged || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
+/** A change for drawing; undefined if none was required. @param {SettingChange} setting */
+const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, left }) =>
+  fixed || left || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
 
-/** From which settings one cannot be text apart. @param {Correction["result"]} result @param {string} name */
+/** Names the settings from which one is indistinguishable. @param {Correction["result"]} result @param {string} name */
 function inseparableFrom({ indistinguishable }, name) {
   const others = new Set(indistinguishable.flatMap(({ names }) => (names.includes(name) ? names : [])));
   others.delete(name);
@@ -173,7 +173,7 @@ export function Changes({ result, csvName, tools, of }) {
         minor: true,
         cell: (row) => {
           const estimates = drawnOf(row);
-          // how far from no change at all
+          // the distance from no change
           const domain = stripDomain([...estimates, { value: 0 }]);
           return h(Strip, { estimates, unit: unitSign(row.unit) ?? "", domain });
         },
@@ -183,7 +183,7 @@ export function Changes({ result, csvName, tools, of }) {
   });
 }
 
-/** How a correction came to be. @param {Correction} kept */
+/** The facts of a correction. @param {Correction} kept */
 export function factsOf({ method, result, created_at }) {
   const known = method === "form_grinding" || method === "generating_grinding" || method === "matrix";
   return [
@@ -193,7 +193,7 @@ export function factsOf({ method, result, created_at }) {
   ];
 }
 
-/** The settings that cannot be text apart. @param {{ result: Correction["result"] }} props */
+/** The settings that are indistinguishable. @param {{ result: Correction["result"] }} props */
 export function Indistinguishable({ result }) {
   return html`<ul class="sentences">
     ${result.indistinguishable.map(({ names, condition_index }) => {
@@ -253,7 +253,7 @@ function figureRows({ result, answer }) {
 }
 
 /**
- * One flank of a correction, as a correction of that flank.
+ * Returns the part of a correction for one flank.
  * @param {Correction} kept @param {"left" | "right"} side @param {import("../api/client.js").Schema<"CorrectionTargetFigures">} own its figures
  * @param {MachineAnswer["figure_changes"]} [changes] of them, once they were measured again
  * @returns {Correction}
@@ -266,12 +266,12 @@ export function ofFlank({ answer: measured, result, ...kept }, side, own, change
   };
 }
 
-/** Without what is undefined. @param {{ [Key in keyof FigureRow]: FigureRow[Key] | undefined }} row */
+/** Removes undefined members. @param {{ [Key in keyof FigureRow]: FigureRow[Key] | undefined }} row */
 function given(row) {
   return /** @type {FigureRow} */ (Object.fromEntries(Object.entries(row).filter(([, value]) => value !== undefined)));
 }
 
-/** Before, predicted and measured as they are drawn below each other. */
+/** Before, predicted and measured, drawn below each other. */
 const SERIES = /** @type {const} */ ([
   { key: "before", series: "blue", sign: "circle" },
   { key: "predicted", series: "purple", sign: "square" },
@@ -348,13 +348,13 @@ export function Figures({ kept, csvName, of }) {
       header: t.predicted,
       unit: um,
       numeric: true,
-      // what was measured and a change without error: as certain as what was measured
+      // a measured change has no error of its own: it is as certain as the measurement
       cell: ({ predicted, before, wanted }) =>
         decided(data(value.deviation(predicted, um, before?.std_error_um)), wanted?.conformity_predicted),
       csv: ({ predicted }) => predicted,
     },
   ];
-  // RMS and greatest deviation are of all that was corrected, not of one flank of it
+  // RMS and greatest deviation cover both flanks, not one of them
   const rows = figureRows(kept).filter(({ symbol }) => symbol || !of);
   if (kept.answer) {
     columns.push(

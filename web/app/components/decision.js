@@ -1,4 +1,4 @@
-// What is done with the gear: accepted, machined again or rejected, with the reason.
+// The decision on an iteration: accept, machine again or reject, with a reason.
 
 import { answer, api } from "../api/client.js";
 import { ApiError } from "../api/problem.js";
@@ -24,13 +24,13 @@ const t = texts({ en, de });
 const KINDS = /** @type {const} */ ({ accepted: "good", remachine: "warn", rejected: "bad" });
 const ORDER = /** @type {const} */ (["accepted", "remachine", "rejected"]);
 
-/** A decision by its word, its sign and its colour. @param {{ decision: DecisionName }} props */
+/** A decision with its word, sign and colour. @param {{ decision: DecisionName }} props */
 export function DecisionBadge({ decision }) {
   return h(Badge, { kind: KINDS[decision], children: common[decision] });
 }
 
 /**
- * The decision that stands, and the three that can be made.
+ * The current decision, and the three that can be made.
  * @param {{ iteration: Iteration, etag: string | undefined, reason?: string | null | undefined,
  *   put: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
  *   `reason`: of the decision that stands
@@ -69,7 +69,7 @@ function ConfirmDecision({ decision, iteration, etag, put, reload, onClose }) {
   const [sending, setSending] = useState(false);
   const overtaken = error instanceof ApiError && error.status === 412;
   const objections = decision === "accepted" ? objectionsOf(iteration) : [];
-  // what stood when somebody began to decide: what comes in meanwhile is shown to them before it is overruled
+  // the version at the beginning of a decision: a newer one is shown before it is overruled
   const [begun] = useState(etag);
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();

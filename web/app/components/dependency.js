@@ -1,4 +1,4 @@
-// Coefficients that cannot be told apart: the server's sentence, in German by its data.
+// Indistinguishable coefficients: the server's sentence, translated into German by its data.
 
 import german from "../i18n/de/dependencies.js";
 import { fmt } from "../i18n/i18n.js";
@@ -22,11 +22,11 @@ export function Dependency({ of }) {
   return html`<span translate="no">${german(of.terms.map(termSign), figures, of.cause)}</span>`;
 }
 
-/** Those that are named rather than counted. */
+/** Number of terms that are named; others are counted. */
 const FEW = 2;
 
 /**
- * From what a coefficient cannot be told apart, beside it: by name where these are few, else by the numbers of the
+ * Indistinguishable terms of a coefficient: by name if there are few, else by the numbers of the
  * sentences below.
  * @param {{ term: string | null | undefined, dependent: readonly NearDependency[] }} props
  */
@@ -40,7 +40,7 @@ export function Inseparable({ term, dependent }) {
   return html`<span class="inseparable">${said}</span>`;
 }
 
-/** The same in whole sentences, below the coefficients. @param {{ dependent: readonly NearDependency[] }} props */
+/** The same in sentences, below the coefficients. @param {{ dependent: readonly NearDependency[] }} props */
 export function Dependencies({ dependent }) {
   if (dependent.length === 0) return null;
   return html`<section class="dependencies">

@@ -1,4 +1,4 @@
-// What was found on an iteration as quality data, for statistical process control.
+// Results of an iteration as quality data (DFQ) for statistical process control.
 
 import { transport } from "../api/client.js";
 import { t as common } from "../i18n/common.js";
@@ -15,7 +15,7 @@ export function Dfq({ jobId, number, record, name }) {
     try {
       const response = await transport(request);
       if (!response.ok) throw new Error(`HTTP ${response.status}`);
-      // as it came: not every file is UTF-8
+      // unchanged: not every file is UTF-8
       download(`${name}.dfq`, await response.blob());
     } catch (error) {
       notify(`${common.pageFailed}: ${error instanceof Error ? error.message : error}`, "failed");

@@ -1,4 +1,4 @@
-// Dialogs over the page, which are the browser’s own, keep the focus within and give it back; and menus.
+// Dialogs over the page, which are the browser's own, keep the focus and return it; and menus.
 
 import { t } from "../i18n/common.js";
 import { h, html, signal, useEffect, useId, useRef, useState } from "../../vendor/ui.js";
@@ -6,11 +6,11 @@ import { PutOff } from "./put_off.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
-/** How many are open: what stands outside of them cannot be reached. */
+/** The number of open dialogs: content outside of them cannot be reached. */
 export const openDialogs = signal(0);
 
 /**
- * Shown as long as it is rendered; Escape and the cross ask to close it.
+ * A dialog, shown as long as it is rendered; Escape and the cross request its end.
  * @param {{ title: Children, onClose: () => void, children: Children, wide?: boolean }} props
  */
 export function Dialog({ title, onClose, children, wide = false }) {
@@ -44,8 +44,8 @@ export function Dialog({ title, onClose, children, wide = false }) {
 }
 
 /**
- * A menu below its button: a press elsewhere, on one of its buttons or of Escape closes it, and so does the focus that
- * leaves it.
+ * A menu below its button. A press elsewhere, on one of its buttons or on Escape closes it, and so
+ * does losing the focus.
  * @param {{ label: string, children: Children }} props
  */
 export function Menu({ label, children }) {

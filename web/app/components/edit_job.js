@@ -1,4 +1,4 @@
-// Changes a job, as long as nobody else has changed it; else both versions are shown.
+// Changes a job, unless somebody else has changed it; then both versions are shown.
 
 import { answer, api } from "../api/client.js";
 import { ApiError } from "../api/problem.js";
@@ -145,7 +145,7 @@ function Conflict({ rows, takeTheirs, keepMine }) {
     </div>`;
 }
 
-/** What differs between the two versions. @param {JobEdit} mine @param {JobEdit} from @param {JobEdit} theirs @returns {Row[]} */
+/** Returns the differences of the two versions. @param {JobEdit} mine @param {JobEdit} from @param {JobEdit} theirs @returns {Row[]} */
 function rowsOf(mine, from, theirs) {
   const [own, begun, stored] = [describe(mine), describe(from), describe(theirs)];
   return own.flatMap(({ name, value }, i) => {
@@ -170,7 +170,7 @@ function describe({ job, gear, withGear, requirements }) {
   ];
 }
 
-/** Requirements in a line. @param {import("../lib/requirements.js").RequirementsForm} form */
+/** Describes requirements in a line. @param {import("../lib/requirements.js").RequirementsForm} form */
 function inShort(form) {
   const { requirements } = requirementsOf(form);
   const of = requirements?.tolerance_limits?.class;

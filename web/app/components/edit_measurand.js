@@ -19,10 +19,10 @@ const t = texts({ en, de });
 
 const POINTERS = ["/flank", "/tooth", "/axes/u", "/axes/z/unit"];
 
-/** Whether nodes may be on a flank: their axes are those of a surface, or not described. @param {Axes | null | undefined} axes */
+/** Returns true if nodes may be on a flank: their axes are those of a surface, or not described. @param {Axes | null | undefined} axes */
 export const mayBeFlank = (axes) => !axes?.x && !axes?.y;
 
-/** The quantity of the first abscissa; "" for a word of the caller's own. @param {Axes | null | undefined} axes */
+/** Returns the quantity of the first abscissa; "" for a word of the caller's own. @param {Axes | null | undefined} axes */
 function alongOf(axes) {
   const quantity = axes?.u?.quantity;
   if (quantity === undefined) return "roll_length";

@@ -1,4 +1,5 @@
-// The same traces with other ranges, sign or class: another evaluation, kept beside the first.
+// Evaluates the same traces with other ranges, sign or class; the new evaluation is added to the
+// first.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -55,7 +56,7 @@ export function EvaluationForm({ jobId, number, record, request, settings, desig
     };
     const [profile, helix] = [range(draft.profile), range(draft.helix)];
     const { tolerance_limits: _, profile_diameter_range_mm: __, helix_range_mm: ___, ...own } = request.evaluation;
-    // limits that the job filled in are of figures about the other line
+    // limits from the job apply to figures about the other line
     const limits = draft.against === settings.against ? request.evaluation.tolerance_limits : undefined;
     const body = {
       ...request,
@@ -65,7 +66,7 @@ export function EvaluationForm({ jobId, number, record, request, settings, desig
         ...(helix ? { helix_range_mm: helix } : {}),
         sign: /** @type {"din"} */ (draft.sign),
         against: /** @type {"involute"} */ (draft.against),
-        // what was posted keeps its sign, whatever slopes are answered in
+        // posted data keeps its sign, whatever the sign of the resulting slopes
         deviation_sign: settings.deviation_sign ?? "din",
         ...(draft.class && (limits || draft.class !== String(settings.tolerance_limits?.class))
           ? { tolerance_limits: { ...limits, class: Number(draft.class) } }

@@ -1,4 +1,5 @@
-// The traces of one kind as on a printed tester sheet: left flanks on the left, teeth side by side, one scale for all.
+// The traces of one kind as on a printed tester sheet: left flanks on the left, teeth side by side,
+// one scale for all.
 
 import { KChart, PIXEL } from "../charts/k_chart.js";
 import { useWidth } from "../charts/chart.js";
@@ -116,7 +117,7 @@ function Values({ kind, evaluated }) {
   </dl>`;
 }
 
-/** Whether a trace lies in the bands that it must lie in. @param {{ found: readonly KBandFinding[] }} props */
+/** Returns true if a trace lies in its required bands. @param {{ found: readonly KBandFinding[] }} props */
 function Bands({ found }) {
   return found.map(
     (one) => html`<span key=${one.band} class="k-found">${h(Within, { within: one.within })} ${bandWords(one)}</span>`,
@@ -124,7 +125,7 @@ function Bands({ found }) {
 }
 
 /**
- * One scale for all charts of a sheet.
+ * Returns the scale of all charts of a sheet.
  * @param {readonly { sheet: import("../lib/traces.js").Sheet, bands: readonly import("../lib/traces.js").DrawnBand[] }[]} drawn @param {number} long pixels @param {number} wide pixels
  */
 function scaleOf(drawn, long, wide) {
@@ -148,5 +149,5 @@ function scaleOf(drawn, long, wide) {
   };
 }
 
-/** Whether charts lie flat. */
+/** Returns true if charts lie flat. */
 const useNarrow = () => useMedia("(max-width: 799.98px)");

@@ -25,7 +25,7 @@ import { table } from "./table.js";
  */
 /** @typedef {"slope" | "form" | "total" | "crowning"} FigureKey */
 
-/** The figures' symbols. @param {"profile" | "helix"} kind */
+/** Symbols of the figures. @param {"profile" | "helix"} kind */
 export const symbolsOf = (kind) =>
   kind === "profile"
     ? { slope: "f_Hα", form: "f_fα", total: "F_α", crowning: "C_α" }
@@ -140,7 +140,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     },
   ];
   const listed = brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns;
-  // what no trace has takes no space; it is in the file
+  // columns without values are hidden, but kept in the file
   const shown = listed.map((column) => (isAnswered(column.key, rows) ? column : { ...column, cell: undefined }));
   const level = fmt.value.input(Number((100 * (settings.level ?? 0.95)).toPrecision(12)));
   const intervals = !brief && rows.some(({ trace }) => trace?.slope_interval_um || trace?.crowning_interval_um);
@@ -157,7 +157,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
   });
 }
 
-/** Those with errors. */
+/** Figures with errors. */
 const ESTIMATED = /** @type {const} */ (["slope", "crowning"]);
 
 /** @param {EvaluatedTrace | undefined} trace */
@@ -168,14 +168,14 @@ function conformities(trace) {
   });
 }
 
-/** How a trace lies in a band. @param {import("../api/client.js").Schema<"KBandFinding">} found */
+/** Describes the position of a trace in a band. @param {import("../api/client.js").Schema<"KBandFinding">} found */
 export function bandWords({ band, within, clearance_um: clearance }) {
   const number = band + 1;
   if (within === undefined) return t.bandUndecided(number);
   return within ? t.bandClearance(number, fmt.value.um(clearance)) : t.bandLack(number, fmt.value.um(-clearance));
 }
 
-/** Whether some trace has what a column tells. @param {string} key @param {readonly Row[]} rows */
+/** Returns true if some trace has a value in a column. @param {string} key @param {readonly Row[]} rows */
 function isAnswered(key, rows) {
   if (key === "conformity") return rows.some(({ trace }) => conformities(trace).length > 0);
   return key !== "band" || rows.some(({ trace }) => trace?.k_bands?.length);

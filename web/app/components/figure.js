@@ -1,4 +1,4 @@
-// A value with what is known of it.
+// A value with its error and unit.
 
 import { fmt } from "../i18n/i18n.js";
 import { html } from "../../vendor/ui.js";
@@ -6,12 +6,12 @@ import { html } from "../../vendor/ui.js";
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
 /**
- * A value to the second digit of its standard error; where columns are narrow, the error below it.
+ * A value to the second digit of its standard error; in narrow columns the error is below it.
  * @param {{ value: number | null | undefined, error?: number | null | undefined, unit?: string | undefined }} props
  */
 export function WithError({ value, error, unit }) {
   const text = fmt.value.withError(value, error, unit);
-  // of both with one power of ten the unit stands there
+  // a unit follows the common power of ten of value and error
   const at = text.indexOf(text.startsWith("(") ? "\u202f" : " ±");
   return html`<span class="figure" translate="no">${at < 0 ? text : html`<span>${text.slice(0, at)}</span><span>${text.slice(at)}</span>`}</span>`;
 }
@@ -31,11 +31,11 @@ export function Facts({ items, columns = false }) {
   </dl>`;
 }
 
-/** Neither good nor bad. */
+/** A neutral state. */
 const RING = "M8 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0 -7";
 
 /**
- * A decision or a state: by its word, its sign and its colour.
+ * A decision or a state with its word, sign and colour.
  * @param {{ kind: "good" | "warn" | "bad" | "news" | "plain", children: Children }} props
  */
 export function Badge({ kind, children }) {

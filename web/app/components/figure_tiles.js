@@ -1,4 +1,4 @@
-// Tiles with the figures of a flank: each with its limits, and whether it lies within them.
+// Tiles with the figures of a flank, their limits, and marks for within or outside.
 
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/requirements.js";

@@ -1,4 +1,4 @@
-// Makes a stream an iteration of its job.
+// Turns a stream into an iteration of its job.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";

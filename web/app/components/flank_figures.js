@@ -1,4 +1,4 @@
-// Slopes, crownings and twist of fits: with errors, intervals, bounds, and against their limits.
+// Slopes, crownings and twist of fits: with errors, intervals, bounds and limits.
 
 import { Strip, StripLegend } from "../charts/strip.js";
 import { fmt } from "../i18n/i18n.js";
@@ -24,7 +24,7 @@ import { Conforms, verdictOf, verdictText, Within } from "./within.js";
 /** @param {Figures | undefined} figures @param {Name} name */
 const figureOf = (figures, name) => figures?.[/** @type {const} */ (`${name}_um`)];
 
-/** Those that a fit tells. @param {Figures | undefined} figures @returns {Row[]} */
+/** Returns a row for each figure of a fit. @param {Figures | undefined} figures @returns {Row[]} */
 export function figureRows(figures) {
   return SURFACE_FIGURES.flatMap(({ name, symbol }) => {
     const figure = figureOf(figures, name);
@@ -32,7 +32,7 @@ export function figureRows(figures) {
   });
 }
 
-/** Limits as they were asked for. @param {readonly number[] | undefined} limits */
+/** Required limits as text. @param {readonly number[] | undefined} limits */
 export function limitText(limits) {
   return limits ? limits.map((end) => fmt.value.input(end).replace("-", "\u2212")).join(" … ") : ABSENT;
 }
@@ -133,8 +133,9 @@ function columns(percent, limited) {
 }
 
 /**
- * The figures of several iterations below each other, by their standing fits. The limits are those that decided of the
- * last one that has some, of each flank where they differ; where others are asked for, these stand below.
+ * The figures of several iterations below each other, from their chosen fits. The limits are those
+ * applied to the last iteration that has some, by flank if they differ; other required limits
+ * follow below.
  * @param {{ rows: readonly IterationFigures[], required: (name: Name, flank: Side) => readonly number[] | undefined, csvName: string }} props
  */
 export function FiguresOfIterations({ rows, required, csvName }) {
@@ -225,12 +226,12 @@ export function FiguresOfIterations({ rows, required, csvName }) {
   })}`;
 }
 
-/** To the last digit that numbers are sent with. @param {readonly number[]} some @param {readonly number[]} others */
+/** Rounds to the last digit that numbers are sent with. @param {readonly number[]} some @param {readonly number[]} others */
 const sameLimits = (some, others) =>
   some.length === others.length &&
   some.every((end, i) => Math.abs(end - (others[i] ?? Number.NaN)) <= 1e-9 * Math.max(1, Math.abs(end)));
 
-/** In short, as an entry of the trace has them. @param {{ figures: Figures | undefined }} props */
+/** Figures in short, for an entry of the trace. @param {{ figures: Figures | undefined }} props */
 export function FiguresInShort({ figures }) {
   const rows = figureRows(figures);
   if (rows.length === 0) return null;

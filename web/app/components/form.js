@@ -1,4 +1,4 @@
-// Fields of forms. A fault of the server stands at the field whose JSON Pointer it names.
+// Fields of forms. An error of the server is shown at the field of its JSON Pointer.
 
 import { faultsAt } from "../api/problem.js";
 import { t } from "../i18n/common.js";
@@ -17,7 +17,7 @@ import { h, html, useId } from "../../vendor/ui.js";
  */
 
 /**
- * A label, its control, and below it what is wrong or what to enter.
+ * A label, its control, and below it an error or a hint.
  * @param {FieldProps & { control: (ids: { id: string, describedBy: string | undefined, invalid: boolean }) => Children }} props
  */
 export function Field({ label, hint, unit, required = false, error, pointer, fault, control }) {
@@ -44,7 +44,7 @@ export function Field({ label, hint, unit, required = false, error, pointer, fau
 }
 
 /**
- * A line of text; numbers too, which are read by `parseNumber` with point or comma.
+ * A line of text, or a number, which `parseNumber` reads with point or comma.
  * @param {FieldProps & {
  *   value: string, onInput: (value: string) => void, type?: "text" | "password" | "search" | "date", numeric?: boolean,
  *   maxLength?: number, autocomplete?: string, lines?: number,
@@ -79,7 +79,7 @@ export function TextField({
 }
 
 /**
- * One of a few values.
+ * A choice of a few values.
  * @param {FieldProps & { value: string, onChange: (value: string) => void, options: readonly { value: string, label: Children, verbatim?: boolean }[] }} props
  * A `verbatim` option, such as a unit, is not translated.
  */
@@ -103,7 +103,7 @@ export function Checkbox({ label, checked, onChange }) {
   </label>`;
 }
 
-/** Goes to the first field at fault, once it is marked, and opens the sections around it. @param {HTMLElement | null} form */
+/** Focuses the first invalid field, once it is marked, and opens the sections around it. @param {HTMLElement | null} form */
 export function toFault(form) {
   requestAnimationFrame(() => {
     const field = form?.querySelector('[aria-invalid="true"]');

@@ -1,4 +1,4 @@
-// What stands around every page: header, navigation, messages, dialogs.
+// The frame of every page: header, navigation, messages, dialogs.
 
 import { answer, api } from "../api/client.js";
 import { lostAt, probe } from "../api/connection.js";
@@ -15,9 +15,9 @@ import { PutOff } from "./put_off.js";
 import { ShortcutHelp } from "./shortcuts.js";
 import { Toasts } from "./toast.js";
 
-/** Whether the server has other files by now. */
+/** Set if the server has other files by now. */
 export const outdated = signal(false);
-/** Whether the module of a page is on its way. */
+/** Set while the module of a page is loading. */
 export const arriving = signal(false);
 
 /** @param {{ children: import("../../vendor/ui.js").ComponentChildren }} props */
@@ -47,7 +47,7 @@ export function Frame({ children }) {
   `;
 }
 
-/** A page that is not built yet has no link. @param {{ path: string, label: string }} props */
+/** A link of the header; a page that does not exist yet has none. @param {{ path: string, label: string }} props */
 function MainLink({ path, label }) {
   const to = hrefIf(path);
   if (!to) return null;

@@ -1,4 +1,4 @@
-// The correction of the gear on the page of its job: by all teeth that were measured since the last one.
+// The correction of the gear on the page of its job: from all teeth measured since the last one.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -23,7 +23,7 @@ import { WarningList } from "./warnings.js";
 
 const SIDES = /** @type {const} */ (["left", "right"]);
 
-/** Nothing of a job without a gear or without a flank. @param {{ job: Job, iterations: readonly TracedIteration[], onDone: () => void }} props */
+/** The panel; absent for a job without a gear or without a flank. @param {{ job: Job, iterations: readonly TracedIteration[], onDone: () => void }} props */
 export function GearCorrection({ job, iterations, onDone }) {
   const made = iterations.flatMap(({ records }) => (records ?? []).filter(({ kind }) => kind === "gear_correction"));
   const [latest] = made.sort((a, b) => b.created_at.localeCompare(a.created_at));
@@ -54,7 +54,7 @@ export function GearCorrection({ job, iterations, onDone }) {
   </section>`;
 }
 
-/** The machine of the correction before. @param {Correction | undefined} kept @returns {Machine} */
+/** Returns the machine of the previous correction. @param {Correction | undefined} kept @returns {Machine} */
 const machineOf = (kept) => (kept?.method === "generating_grinding" ? kept.method : "form_grinding");
 
 /** @param {{ job: Job, last: Machine, onDone: () => void }} props */

@@ -1,4 +1,4 @@
-// The fields of a gear, and what follows from them.
+// The fields of a gear, and its derived quantities.
 
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
@@ -90,7 +90,7 @@ export function GearFields({ form, onChange, error, at, submitted }) {
 /** A name with the symbol of what it names. @param {string} text @param {string} symbol */
 const named = (text, symbol) => html`${text} ${h(GearSymbol, { name: symbol })}`;
 
-/** What follows from a gear, while it is typed. @param {{ form: GearForm }} props */
+/** Quantities derived from a gear, updated as it is typed. @param {{ form: GearForm }} props */
 export function Derived({ form }) {
   const { gear } = gearOf(form);
   const wanted = useRested(gear ? JSON.stringify(gear) : null);
@@ -138,7 +138,7 @@ export function GearWarnings({ warnings }) {
   </div>`;
 }
 
-/** A value once it has rested for a moment, so that not every key asks the server. @template T @param {T} value */
+/** Returns a value once it has rested for a moment, so that not every key sends a request. @template T @param {T} value */
 export function useRested(value) {
   const [rested, setRested] = useState(value);
   useEffect(() => {

@@ -1,4 +1,4 @@
-// Gears of a file, to be taken over into a form.
+// Gears of a file, to be copied into a form.
 
 import { answer, api } from "../api/client.js";
 import { t as common } from "../i18n/common.js";

@@ -1,4 +1,4 @@
-// The fields of a job, of a new one and of one that is changed.
+// The fields of a job, new or edited.
 
 import de from "../i18n/de/new_job.js";
 import en from "../i18n/en/new_job.js";

@@ -1,4 +1,4 @@
-// What all pages of a job have: its name, what it is of, navigation between its views.
+// The frame of all pages of a job: its name, its gear, navigation between its views.
 
 import { useJob, useTrace } from "../api/job.js";
 import { useJobEvents } from "../api/live.js";
@@ -36,7 +36,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const [news, setNews] = useState(0);
   const streams = useOpenStreams(jobId);
   useJobEvents(job.data === undefined ? null : jobId, (events) => {
-    // blocks of a stream, of which there may be many a second, change neither
+    // blocks of a stream, possibly many a second, change neither
     if (events.length === 0 || events.some(({ state }) => state !== "block")) {
       job.reload();
       trace.reload();
@@ -49,7 +49,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const step = (/** @type {number} */ by) => {
     const at = number === undefined ? (by > 0 ? -1 : numbers.length) : numbers.indexOf(number);
     const to = numbers[at + by];
-    // another iteration is shown on the same page with the same query, for example on that of λ*
+    // the same page may show another iteration with the same query, for example on that of λ*
     const view = number === undefined ? undefined : current.value?.page.path;
     const seen = view ? Object.fromEntries(query.value) : {};
     const path = view ?? "/jobs/{job_id}/iterations/{number}";
@@ -89,7 +89,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
 }
 
 /**
- * Asks again for what others may have changed.
+ * Reloads resources that others may have changed.
  * @param {number} news of the page @param {readonly { reload: () => void }[]} resources
  */
 export function useNews(news, resources) {
@@ -98,7 +98,7 @@ export function useNews(news, resources) {
   }, [news]);
 }
 
-/** Leads to what is being measured. @param {{ jobId: string, stream: import("../api/client.js").Schema<"ListedStream"> }} props */
+/** Links to the streams being measured. @param {{ jobId: string, stream: import("../api/client.js").Schema<"ListedStream"> }} props */
 function Streaming({ jobId, stream: { id, flank, tooth } }) {
   const to = hrefIf("/jobs/{job_id}/streams/{stream_id}", { job_id: jobId, stream_id: id });
   if (!to || to === pathname.value) return null;

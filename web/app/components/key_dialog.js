@@ -1,4 +1,4 @@
-// Asks for an API key where the server wants one, or another one.
+// Requests an API key when the server requires one, or another one.
 
 import { currentKey, forgetKey, isRemembered, keyWanted, takeKey } from "../api/key.js";
 import { forgetResources } from "../api/resource.js";

@@ -1,4 +1,4 @@
-// What need not be drawn with the rest is drawn in a task of its own, so that none blocks the page for long.
+// Parts that can be drawn later get a task of their own, so that none blocks the page for long.
 
 import { underway } from "../api/resource.js";
 import { turn } from "../lib/turn.js";

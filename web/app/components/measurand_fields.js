@@ -1,4 +1,5 @@
-// The fields of a measurand: flank, quantities along u and v, unit of the heights; and their meaning in words.
+// The fields of a measurand: flank, quantities along u and v, unit of the heights; and their
+// meaning in words.
 
 import de from "../i18n/de/measure.js";
 import en from "../i18n/en/measure.js";
@@ -46,7 +47,7 @@ export function UnitField(props) {
 }
 
 /**
- * The meaning of the chosen values, in words.
+ * Describes the meaning of the chosen values.
  * @param {import("../flank/surface.js").FlankSurface | undefined} surface @param {{ axes: string, unit: string }} chosen
  */
 export function measurandInWords(surface, { axes, unit }) {

@@ -2,10 +2,10 @@
 
 import { useEffect, useState } from "../../vendor/ui.js";
 
-/** Tablets at the machine and narrower: what is pressed is larger, and there is less room. As in `styles/tokens.css`. */
+/** Tablets at the machine and narrower windows: controls are larger, and there is less space. As in `styles/tokens.css`. */
 export const TABLET = "(max-width: 1023.98px)";
 
-/** Whether a media query holds. @param {string} query */
+/** Returns the state of a media query. @param {string} query */
 export function useMedia(query) {
   const [holds, setHolds] = useState(() => matchMedia(query).matches);
   useEffect(() => {

@@ -1,4 +1,4 @@
-// Nodes from a file that is dropped or picked, or from text that is pasted.
+// Nodes from a dropped or chosen file, or from pasted text.
 
 import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
@@ -30,7 +30,7 @@ export function NodesInput({ onNodes, onRefused }) {
     if (read.file) onNodes(read.file, name);
     else onRefused();
   };
-  // a table is read by the server, by its bytes: it may have any character set
+  // the server reads tables, by their bytes: these may have any character set
   const takeBytes = async (/** @type {Blob} */ bytes, /** @type {string} */ name) => {
     setRefused(undefined);
     const text = await bytes.text();

@@ -1,4 +1,4 @@
-// The other flank, as the settings that both flanks share change it.
+// The other flank, as changed by the settings common to both flanks.
 
 import { t } from "../i18n/correction.js";
 import { h, html } from "../../vendor/ui.js";

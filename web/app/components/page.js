@@ -8,7 +8,7 @@ import { h, html, useEffect, useRef } from "../../vendor/ui.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
-/** Whether there was a page before. */
+/** Set once a page has been shown. */
 let begun = false;
 
 /**
@@ -27,7 +27,7 @@ export function Page({ title, heading, above, about, actions, children }) {
   useEffect(() => {
     document.title = `${title} – flankfit`;
   }, [title]);
-  // whoever comes from another page begins here, with keyboard and screen reader too
+  // after a change of page, keyboard and screen reader begin here, too
   useEffect(() => {
     if (begun && document.activeElement === document.body) focus.current?.focus({ preventScroll: true });
     begun = true;
@@ -81,7 +81,7 @@ export function JobNavigation({ jobId, number, iterations = [] }) {
     const key = path + (of ?? "");
     return to && html`<li key=${key}><a href=${to} aria-current=${marked ? "page" : undefined}>${label}</a></li>`;
   };
-  // the view that is shown is in sight, whatever else there is
+  // the current view stays in sight
   const tabs = useRef(/** @type {HTMLElement | null} */ (null));
   useEffect(() => {
     for (const list of tabs.current?.children ?? []) {
@@ -97,7 +97,7 @@ export function JobNavigation({ jobId, number, iterations = [] }) {
   </nav>`;
 }
 
-/** Of a path that names nothing. */
+/** A path that names no page. */
 export function NoSuchPage() {
   return h(Page, {
     title: t.noSuchPage,

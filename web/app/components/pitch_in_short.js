@@ -1,4 +1,4 @@
-// The pitches and the run-out of an iteration in short, with the way to all of them.
+// The pitches and the run-out of an iteration in short, with a link to all of them.
 
 import { useRecord } from "../api/records.js";
 import { t as common } from "../i18n/common.js";
@@ -16,10 +16,10 @@ import { Within } from "./within.js";
 /** @typedef {import("../api/records.js").JobRecord} JobRecord */
 /** @typedef {import("../api/client.js").Schema<"PitchEvaluation">} PitchEvaluation */
 
-/** What limits are asked of; the rest stands where it is drawn. */
+/** Figures that have limits; the others are shown with their charts. */
 const SHORT = /** @type {readonly string[]} */ (["f_p", "F_p", "F_r"]);
 
-/** The pitches that were kept last; none where there are none. @param {string} jobId @param {number} number @param {readonly RecordSummary[]} records */
+/** Returns the pitches stored last, if there are any. @param {string} jobId @param {number} number @param {readonly RecordSummary[]} records */
 export function usePitch(jobId, number, records) {
   const id = records.findLast(({ kind }) => kind === "pitch")?.id;
   const record = useRecord(jobId, number, id);

@@ -1,4 +1,5 @@
-// Pitches and run-out as pitch sheets draw them: bars of single pitches, the curve of index deviations, run-out readings.
+// Pitches and run-out as on pitch sheets: bars of single pitches, the curve of index deviations,
+// run-out readings.
 
 import { Chart } from "../charts/chart.js";
 import { Bars, Dots, Line, Rule } from "../charts/marks.js";
@@ -62,11 +63,11 @@ function asTable(csvName, header, rows) {
   };
 }
 
-/** What a chart has on the screen alone. @param {string | undefined} csvName @param {string} name @param {string} header @param {readonly Reading[]} rows */
+/** The parts of a chart that only the screen has. @param {string | undefined} csvName @param {string} name @param {string} header @param {readonly Reading[]} rows */
 const toRead = (csvName, name, header, rows) =>
   csvName === undefined ? {} : { probes: probesOf(rows), data: asTable(`${csvName} ${name}`, header, rows) };
 
-/** How high a chart is: on paper all that is told of an iteration has room on one page. @param {string | undefined} csvName @param {number} height */
+/** Returns the height of a chart: on paper all charts of an iteration fit on one page. @param {string | undefined} csvName @param {number} height */
 const tall = (csvName, height) => (csvName === undefined ? 120 : height);
 
 /** @param {readonly (number | null)[]} values */
@@ -135,7 +136,7 @@ function Pitches({ of, all, csvName }) {
       summary: t.cumulativeSummary(fmt.value.um(of.cumulative_pitch_um)),
       height: tall(csvName, 240),
       x,
-      // beside a low chart is no room for more
+      // a low chart has no space for more
       y: upwards(
         csvName,
         csvName === undefined ? t.deviation : t.index,

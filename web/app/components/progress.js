@@ -1,4 +1,4 @@
-// How far something is that takes long.
+// The progress of a long request.
 
 import { t } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";

@@ -1,4 +1,5 @@
-// What waits to be sent again, with the way to stop it: above the page, or within the dialog that is open over it.
+// Requests that wait to be sent again, with the way to stop them: above the page, or within the
+// dialog that is open over it.
 
 import { putOff } from "../api/connection.js";
 import { t } from "../i18n/common.js";

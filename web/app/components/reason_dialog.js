@@ -1,4 +1,4 @@
-// Asks for a reason, sends, and shows what is wrong. What was typed stays until it has been sent.
+// Requests a reason, sends, and shows errors. The input stays until it has been sent.
 
 import { ApiError } from "../api/problem.js";
 import { t as common } from "../i18n/common.js";

@@ -1,4 +1,4 @@
-// What a job asks of its flanks, as it is shown.
+// The requirements of a job.
 
 import { Chart } from "../charts/chart.js";
 import { Band, Line } from "../charts/marks.js";

@@ -1,4 +1,4 @@
-// The fields of what a job asks of its flanks.
+// The fields of the requirements of a job.
 
 import { faultsAt } from "../api/problem.js";
 import { t } from "../i18n/requirements.js";
@@ -27,7 +27,7 @@ import { GearSymbol } from "./symbol.js";
 /** @typedef {readonly { name: import("../lib/requirements.js").FigureName, symbol: string }[]} Figures */
 /** @typedef {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} Typed */
 
-/** JSON Pointers of requests whose faults stand at these fields. @param {RequirementsForm} form */
+/** JSON Pointers of errors that are shown at these fields. @param {RequirementsForm} form */
 export const shownPointers = (form) => [
   "/requirements/tolerance_limits/class",
   "/requirements/pitch_limits/class",
@@ -39,7 +39,7 @@ export const shownPointers = (form) => [
 /** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, submitted: boolean }} props */
 export function RequirementsFields({ form, onChange, error, submitted }) {
   const { faults } = requirementsOf(form);
-  /** Whether some of these figures have limits of one flank. @param {Figures} figures */
+  /** Returns true if some of these figures have limits of one flank. @param {Figures} figures */
   const oneFlank = (figures) =>
     figures.some(({ name }) =>
       sidesOf(name).some(
@@ -118,11 +118,11 @@ export function RequirementsFields({ form, onChange, error, submitted }) {
   </div>`;
 }
 
-/** What is said while somebody types. @param {Record<string, import("../lib/requirements.js").Fault>} faults */
+/** Keeps the errors that are shown while somebody types. @param {Record<string, import("../lib/requirements.js").Fault>} faults */
 const onlyNumbers = (faults) =>
   Object.fromEntries(Object.entries(faults).filter(([, fault]) => fault === "notANumber"));
 
-/** A table of two fields a figure, from and to. @param {{ sides: readonly Side[], figures: Figures, form: RequirementsForm, faults: Record<string, import("../lib/requirements.js").Fault>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
+/** A table of two fields per figure, from and to. @param {{ sides: readonly Side[], figures: Figures, form: RequirementsForm, faults: Record<string, import("../lib/requirements.js").Fault>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
 function Limits({ sides, figures, form, faults, error, onChange }) {
   const id = useId();
   return html`<div class="limits-grid" data-sides=${sides.length}>

@@ -1,4 +1,4 @@
-// Keeps nodes that were fitted as the next iteration of a job.
+// Stores fitted nodes as the next iteration of a job.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -35,7 +35,7 @@ export function SaveIteration({ file, spec, target, setTarget }) {
   const jobs = useResource(`jobs to choose ${q}`, (signal) =>
     answer(api.GET("/v1/jobs", { signal, params: { query: { limit: MOST_OFFERED, ...(q ? { q } : {}) } } })),
   );
-  // what was found before stays until the next is there
+  // previous results stay until the next are there
   const last = useRef(jobs.data);
   if (jobs.data) last.current = jobs.data;
   return html`<section class="panel save-iteration" aria-labelledby="save">
@@ -54,7 +54,7 @@ export function SaveIteration({ file, spec, target, setTarget }) {
   </section>`;
 }
 
-/** Makes a job and comes back, where it is the one that was changed last. */
+/** Creates a job and returns; it is then the one changed last. */
 const toNewJob = () => `${href("/jobs/new")}?then=fit`;
 
 /** @param {Job} job */
@@ -64,7 +64,7 @@ const jobName = ({ name, serial_number, updated_at }) =>
 /** @param {{ jobs: readonly Job[], target: Target, setTarget: (target: Target) => void, file: NodesFile, spec: Fields }} props */
 function Save({ jobs, target, setTarget, file, spec }) {
   const { find, jobId: chosen } = target;
-  // of what is found the first, unless another is chosen
+  // the first result, unless another is chosen
   const jobId = jobs.some(({ id }) => id === chosen) ? chosen : (jobs[0]?.id ?? "");
   const [typed, setTyped, forget] = useDraft(`save ${digestOf(file.text)}`, () =>
     Object.fromEntries(FIELDS.map((name) => [name, String(file.measurement[name] ?? "")])),

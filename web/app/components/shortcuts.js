@@ -1,4 +1,4 @@
-// Keyboard shortcuts: single keys, which can be switched off (WCAG 2.1.4), and the list of them.
+// Keyboard shortcuts: single keys, which can be turned off (WCAG 2.1.4), and their list.
 
 import { t } from "../i18n/common.js";
 import { shortcuts } from "../settings.js";
@@ -10,7 +10,7 @@ const known = new Map();
 const listed = signal(false);
 
 /**
- * A key of the page that is shown.
+ * Registers a key of the page that is shown.
  * @param {string} key as `KeyboardEvent.key` has it
  * @param {() => string} label what it does, in the language of the moment
  * @param {() => void} act

@@ -1,4 +1,4 @@
-// What a page shows while data is on its way, is not there, or could not be had.
+// States of a page while data is loading, missing or refused.
 
 import { keyWanted } from "../api/key.js";
 import { ApiError, OfflineError } from "../api/problem.js";
@@ -13,7 +13,7 @@ import { Fragment, h, html, useId } from "../../vendor/ui.js";
 /** @typedef {{ label: string, to?: string, onClick?: () => void }} Action a link or a button */
 
 /**
- * Lines that stand for text to come; they are seen after 150 ms.
+ * Placeholder lines for text; visible after 150 ms.
  * @param {{ lines?: number }} props
  */
 export function Skeleton({ lines = 4 }) {
@@ -23,7 +23,7 @@ export function Skeleton({ lines = 4 }) {
 }
 
 /**
- * Nothing is there: a sentence that says what will be, and the action that leads there.
+ * An empty state: a sentence that says what will appear, and the action that leads there.
  * @param {{ children: Children, action?: Action | undefined, more?: Children }} props `more`: links of less weight
  */
 export function Empty({ children, action, more }) {
@@ -38,7 +38,7 @@ export function Empty({ children, action, more }) {
   </div>`;
 }
 
-/** Leads to where a job is measured, for those who may. @param {string} jobId @returns {Action | undefined} */
+/** Links to the page that measures a job, if the caller may. @param {string} jobId @returns {Action | undefined} */
 export function measureAction(jobId) {
   const to = toMeasure(jobId);
   return to ? { label: t.measure, to } : undefined;
@@ -54,7 +54,7 @@ export function Failure({ error, retry, retries = false, back, except = [] }) {
   const { title, detail } = words(error);
   const refused = error instanceof ApiError ? error : undefined;
   const faults = refused?.faultsElsewhere(except) ?? [];
-  // one fault is not said twice
+  // each error is shown once
   const [only] = faults.length === 1 ? faults : [];
   const twice = only && typeof detail === "string" && detail.replace(/\.$/, "") === `${only.pointer}: ${only.detail}`;
   const waits = refused?.status === 503 && refused.retryAfter !== undefined;
@@ -108,8 +108,8 @@ function words(error) {
 }
 
 /**
- * The data of a resource, or its state. What was loaded stays while it is asked for again, and when
- * that fails; the failure then stands above it.
+ * The data of a resource, or its state. Loaded data stays while it is reloaded, and if that fails
+ * the failure is shown above it.
  * @template Data
  * @param {{
  *   resource: import("../api/resource.js").Resource<Data>,

@@ -1,4 +1,4 @@
-// Short news, said to screen readers too.
+// Short news, also announced to screen readers.
 
 import { t } from "../i18n/common.js";
 import { html, signal } from "../../vendor/ui.js";
@@ -12,7 +12,7 @@ const toasts = signal(/** @type {Toast[]} */ ([]));
 /** @type {import("../../vendor/ui.js").Signal<string>} */
 const spoken = signal("");
 
-/** Shows a sentence; what failed stays until it is dismissed, anything else until the next one. @param {string} text @param {Toast["kind"]} [kind] */
+/** Shows a sentence; a failure stays until it is dismissed, anything else until the next one. @param {string} text @param {Toast["kind"]} [kind] */
 export function notify(text, kind = "done") {
   last += 1;
   const id = last;
@@ -21,7 +21,7 @@ export function notify(text, kind = "done") {
   if (kind !== "failed") setTimeout(() => dismiss(id), STAYS);
 }
 
-/** Says something to screen readers only. @param {string} text */
+/** Announces a text to screen readers only. @param {string} text */
 export function announce(text) {
   spoken.value = text;
 }

@@ -1,4 +1,4 @@
-// How far something is that is waited for, and the way to stop it.
+// The progress of a request that somebody waits for, and the way to stop it.
 
 import { CancelledError } from "../api/watched.js";
 import { t } from "../i18n/common.js";
@@ -14,7 +14,7 @@ export function Underway({ watched: { running, progress, stop }, label }) {
   </div>`;
 }
 
-/** What is said of something that was stopped; nothing of another error. @param {unknown} error */
+/** Returns the message for a stopped request; undefined for other errors. @param {unknown} error */
 export function stopNote(error) {
   return error instanceof CancelledError ? t.cancelled : undefined;
 }

@@ -1,4 +1,5 @@
-// Warnings of the server: in German by their codes, with the server's own sentence and its numbers beside it.
+// Warnings of the server: in German by their codes, with the server's own sentence and its numbers
+// below.
 
 import german from "../i18n/de/warnings.js";
 import { counted, plain } from "../lib/warnings.js";

@@ -1,4 +1,4 @@
-// Whether a value lies within its limits, and whether it conforms.
+// The position of a value in its limits, and its conformity.
 
 import { t } from "../i18n/requirements.js";
 import { ABSENT } from "../lib/format.js";
@@ -6,7 +6,7 @@ import { h, html } from "../../vendor/ui.js";
 import { Badge } from "./figure.js";
 
 /**
- * By a sign and in words, by the verdict where there is one; nothing without limits.
+ * A sign with words, from the verdict if there is one; nothing without limits.
  * @param {{ within?: boolean | null | undefined, conformity?: Conformity | null | undefined, doubtful?: boolean }} props
  */
 export function Within({ within, conformity, doubtful = false }) {
@@ -20,7 +20,7 @@ export function Within({ within, conformity, doubtful = false }) {
 
 /** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 
-/** Verdicts by sign and colour; one whose assumptions are doubtful has no ✓. */
+/** Verdicts with sign and colour; one with doubtful assumptions has no ✓. */
 export const VERDICTS = /** @type {const} */ ({
   conforms: { sign: "✓", kind: "good" },
   does_not_conform: { sign: "✗", kind: "bad" },
@@ -42,7 +42,7 @@ export function verdictText(conformity) {
   return why ? `${t[conformity.verdict]}, ${t.doubtful}: ${why}` : t[conformity.verdict];
 }
 
-/** A verdict by its sign, where there is no room for words. @param {{ conformity: Conformity | undefined }} props */
+/** A verdict as a sign, for places without space for words. @param {{ conformity: Conformity | undefined }} props */
 export function Decided({ conformity }) {
   if (!conformity) return null;
   const { key } = verdictOf(conformity);

@@ -23,14 +23,14 @@ import { FlankView } from "./view.js";
 /** @typedef {import("./teeth.js").GearDeviations} GearDeviations */
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
 
-/** As deviations are answered. @type {Axes} */
+/** Deviations as the interface returns them. @type {Axes} */
 const AXES = {
   u: { quantity: "roll_length", unit: "mm" },
   v: { quantity: "face_width", unit: "mm" },
   z: { quantity: "deviation", unit: "um", positive: "material_out" },
 };
 
-/** The records of which the layer is made at most: the last ones. */
+/** The maximum number of records in the layer: the last ones. */
 export const MOST_RECORDS = 200;
 
 /**

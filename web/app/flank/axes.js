@@ -1,11 +1,11 @@
-// The axes of a flank in words.
+// Names of the axes of a flank.
 
 import { t } from "../i18n/flank.js";
 import { unitSign } from "../lib/units.js";
 
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
 
-/** The axes of a map in words. @param {Axes | null | undefined} axes @returns {import("./heat_map.js").MapAxes} */
+/** Returns the names of the axes of a map. @param {Axes | null | undefined} axes @returns {import("./heat_map.js").MapAxes} */
 export function mapAxes(axes) {
   return { u: axisOf(axes?.u, "u"), v: axisOf(axes?.v, "v") };
 }

@@ -3,7 +3,7 @@
 /** @typedef {{ level: number, segments: [number, number, number, number][] }} Contour ends of each piece: x, y, x, y */
 
 /**
- * Lines of equal height over a lattice of places.
+ * Returns lines of equal height over a lattice of places.
  * @param {ArrayLike<number>} heights row by row; what is not finite is left out @param {number} width columns
  * @param {readonly number[]} levels
  * @returns {Contour[]} in columns and rows from 0
@@ -41,7 +41,7 @@ function through({ level, segments }, x, y, [a, b, c, d]) {
     segments.push([...p, ...q]);
     return;
   }
-  // a saddle: the mean says which corners belong together
+  // a saddle: the mean decides which corners are connected
   const together = (a + b + c + d) / 4 < level === a < level;
   if (together) segments.push([...p, ...q], [...r, ...s]);
   else segments.push([...s, ...p], [...q, ...r]);

@@ -1,4 +1,4 @@
-// Nodes of a curve as a line: measured, with what was fitted, or what is left of it.
+// Nodes of a curve as a line: measured, with the fit, or the residuals.
 
 import { Chart } from "../charts/chart.js";
 import { Dots, Line, Rule } from "../charts/marks.js";

@@ -1,4 +1,5 @@
-// Suspected gross errors next to the map, and excluding nodes from the chosen fit: each change is a stored refit.
+// Suspected gross errors next to the map, and excluding nodes from the chosen fit: each change is a
+// stored refit.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";

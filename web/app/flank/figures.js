@@ -1,4 +1,4 @@
-// What a fit says beside its map: figures, coefficients with error and bound of the bias, warnings.
+// The results of a fit next to its map: figures, coefficients with error and bias bound, warnings.
 
 import { Facts, WithError } from "../components/figure.js";
 import { table } from "../components/table.js";
@@ -84,7 +84,7 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
       cell: (one) => html`<span translate="no">${inUnit(fmt.value.significant(one.bias_bound, 2), one, axes)}</span>`,
       csv: (one) => one.bias_bound,
     },
-    // drawn below the interval, where there is one: a column of its own has no room beside the map
+    // drawn below the interval, if there is one: a column of its own does not fit next to the map
     ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level, axes) : [stripColumn(axes)]),
   ];
   return html`${table({
@@ -133,7 +133,8 @@ export function inUnit(text, coefficient, axes) {
 }
 
 /**
- * The unit of a coefficient: µm/mm² of raw powers, that of the heights where the term is a function of places on −1 … 1.
+ * Returns the unit of a coefficient: µm/mm² of raw powers, that of the heights if the term is a
+ * function of places on −1 … 1.
  * @param {{ powers?: readonly number[] | null, term?: string | null }} coefficient @param {Axes | null | undefined} axes
  */
 export function unitOf({ powers, term }, axes) {

@@ -1,5 +1,5 @@
-// The flank as a heat map: root below, tip above, face I left. Canvas for the colours, SVG for what
-// is read: axes, tooth grid, contours, extremes, the crosshair.
+// The flank as a heat map: root below, tip above, face I left. Canvas for the colours, SVG for the
+// rest: axes, tooth grid, contours, extremes, the crosshair.
 //
 //     h(HeatMap, { name, summary, surface, limit, unit, axes, at, onAt })        a map to work with
 //     h(HeatMap, { name, summary, surface, limit, unit, axes, small: true })     a small one, without axes
@@ -21,7 +21,7 @@ import { boxOf, extremesOf, nearestNode, nodeOf } from "./surface.js";
 /** @typedef {{ label: string, unit?: string | undefined }} MapAxis */
 /** @typedef {{ u: MapAxis, v: MapAxis }} MapAxes */
 
-/** As of the charts, so that sections beside stand in line. */
+/** As of the charts, so that adjacent sections align. */
 export const MARGIN = { top: 12, right: 16, bottom: 44, left: 64 };
 const NONE = { top: 0, right: 0, bottom: 0, left: 0 };
 const MOST_LINES = 60;
@@ -186,7 +186,7 @@ function ContourLines({ drawn, view }) {
   /** @type {number[][]} */
   const taken = [];
   const labels = drawn.flatMap(({ level, segments }) => {
-    // the piece where most room is: away from labels and towards the middle of the line
+    // the piece with most space: away from labels and towards the middle of the line
     const piece = segments[Math.floor(segments.length / 2)];
     if (!piece || segments.length < 8) return [];
     const [x, y] = [(piece[0] + piece[2]) / 2, (piece[1] + piece[3]) / 2];
@@ -237,7 +237,7 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
   const [u, v] = [spec("u"), spec("v")];
   const rising = view.flipU ? [0, view.height] : [view.height, 0];
   const [up, across] = [scaleOf(u, /** @type {[number, number]} */ (rising)), scaleOf(v, [0, view.width])];
-  // beside the title is no room for more than the sign of a face
+  // a narrow map only has space for the sign of a face next to the title
   const narrow = view.width < 340;
   const title = (/** @type {MapAxis} */ { label, unit }) =>
     html`${label}${unit && html`<tspan translate="no">${` / ${unit}`}</tspan>`}`;

@@ -1,4 +1,4 @@
-// What the interface answers, as surfaces.
+// Responses of the interface as surfaces.
 
 import { gridOf, withHeights, withoutMean } from "./surface.js";
 import { scatteredOf } from "./triangles.js";
@@ -6,7 +6,7 @@ import { scatteredOf } from "./triangles.js";
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 
-/** The measured surface; none of a curve or a measurement matrix. @param {Nodes} nodes @returns {FlankSurface | undefined} */
+/** Returns the measured surface; undefined for a curve or a measurement matrix. @param {Nodes} nodes @returns {FlankSurface | undefined} */
 export function surfaceOf(nodes) {
   if (nodes.type === "grid") return gridOf(nodes.u, nodes.v, nodes.z, nodes.valid);
   if (nodes.type === "scattered") return scatteredOf(nodes.u, nodes.v, nodes.z);
@@ -14,7 +14,7 @@ export function surfaceOf(nodes) {
 }
 
 /**
- * Values that were answered for the counted nodes (residuals, fitted heights), at all nodes.
+ * Spreads values of the counted nodes (residuals, fitted heights) over all nodes.
  * @param {FlankSurface} surface @param {readonly number[]} values
  * @param {readonly number[] | null | undefined} indices the node of each value; left out where all count
  */
@@ -24,7 +24,7 @@ export function atNodes(surface, values, indices) {
   return withHeights(surface, z);
 }
 
-/** Heights of all nodes in the order posted, as corrections answer them. @param {FlankSurface} surface @param {readonly (number | null)[]} list */
+/** Returns the heights of all nodes in the order posted, as in corrections. @param {FlankSurface} surface @param {readonly (number | null)[]} list */
 export function atAllNodes(surface, list) {
   return list.length === surface.z.length
     ? withHeights(
@@ -35,8 +35,8 @@ export function atAllNodes(surface, list) {
 }
 
 /**
- * Whether the deviations of a correction have a datum, so that their mean is measured, as thickness is. Otherwise the mean
- * is meaningless, and figures and maps ignore it.
+ * Returns true if the deviations of a correction have a datum, so that their mean is measured, as
+ * thickness is. Otherwise the mean is meaningless, and figures and maps ignore it.
  * @param {import("../api/client.js").Schema<"Correction">} kept
  */
 export function hasDatum({ result }) {
@@ -44,7 +44,8 @@ export function hasDatum({ result }) {
 }
 
 /**
- * Heights of a correction as drawn: minus the target, and minus their mean if they have no datum.
+ * Returns heights of a correction for drawing: minus the target, and minus their mean if they have
+ * no datum.
  * @template {FlankSurface} S
  * @param {S} surface @param {import("../api/client.js").Schema<"Correction">} kept @returns {S}
  */

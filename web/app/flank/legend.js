@@ -1,4 +1,4 @@
-// The colour scale of a map: a bar from −limit to limit, and what lies beyond it.
+// The colour scale of a map: a bar from −limit to limit, and the number of heights outside it.
 
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
@@ -7,7 +7,7 @@ import { html, useId } from "../../vendor/ui.js";
 
 const STEPS = 48;
 
-/** A number of a scale with all its digits: half of 5 is 2.5. @param {number} value */
+/** Formats a number of a scale with all its digits: half of 5 is 2.5. @param {number} value */
 export const scaleLabel = (value) =>
   value !== 0 && Math.abs(value) < 1e-3
     ? fmt.value.significant(value, 2)

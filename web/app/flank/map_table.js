@@ -10,7 +10,7 @@ import { boxOf, nodeOf } from "./surface.js";
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("./surface.js").FlankNode} FlankNode */
 
-/** As of the sections: more rows than anybody reads, and few enough to be drawn at once. The file has all. */
+/** Rows of the table, as of sections: more than anybody reads, and few enough to draw at once. The file has all. */
 const MOST_ROWS = 2000;
 
 /**

@@ -6,7 +6,7 @@ import { boxOf, gridOf } from "./surface.js";
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("./surface.js").Box} Box */
 
-/** Fewer nodes of a grid, about so many; scattered ones stay. @param {FlankSurface} surface @param {number} most @returns {FlankSurface} */
+/** The approximate number of nodes to which a grid is thinned; scattered ones stay. @param {FlankSurface} surface @param {number} most @returns {FlankSurface} */
 export function thinnedTo(surface, most) {
   if (surface.kind !== "grid" || surface.z.length <= most) return surface;
   const every = Math.ceil(Math.sqrt(surface.z.length / most));
@@ -49,7 +49,7 @@ function linear(value) {
   return share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4;
 }
 
-/** Triangles whose nodes are all there. @param {FlankSurface} surface */
+/** Returns the triangles without missing nodes. @param {FlankSurface} surface */
 export function indicesOf(surface) {
   if (surface.kind === "scattered") return surface.triangles;
   const [rows, columns] = [surface.u.length, surface.v.length];
@@ -79,8 +79,8 @@ export function indicesOf(surface) {
 const LINES = 20;
 
 /**
- * Grid lines as pairs of points, each through all of its nodes, so that it lies on the surface; of a fine grid only about
- * every fifth line. With scale 0 they lie on the nominal plane.
+ * Returns grid lines as pairs of points, each through all of its nodes, so that it lies on the
+ * surface; of a fine grid only about every fifth line. With scale 0 they lie on the nominal plane.
  * @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {Box} box
  */
 export function linesOf(surface, scale, flipU, box) {
@@ -112,11 +112,11 @@ export function linesOf(surface, scale, flipU, box) {
 /** @typedef {{ width: number, height: number, radius: number }} Frame pixels, and how far from the middle is seen at zoom 1 */
 
 const RADIANS = Math.PI / 180;
-/** The flank fills so much more of the picture than a ball around it would. */
+/** The factor by which the flank fills more of the picture than a ball around it. */
 export const CLOSER = 1.6;
 
 /**
- * Where a point in space stands in the picture, in pixels from its upper left corner, and how near it is.
+ * Returns the projection of points: pixels from the upper left corner of the picture, and depth.
  * @param {Camera} camera @param {Frame} frame
  * @returns {(x: number, y: number, z: number) => [number, number, number]}
  */
@@ -131,13 +131,13 @@ export function projection({ yaw, pitch, zoom }, { width, height, radius }) {
   ];
 }
 
-/** What an edge's word keeps from the edge, pixels. */
+/** The distance of a word from its edge, pixels. */
 const ASIDE = 6;
 
 /**
- * Where the words of the four edges stand in the picture: outside of the middle of each edge, whichever lies further out,
- * that of the nominal plane or of the surface; and always within the picture.
- * Seen along the flank, where the two of a pair would stand on each other, there is only the nearer.
+ * Places the words of the four edges in the picture: outside of the middle of each edge (the
+ * nominal plane's or the surface's, whichever is further out), and within the picture. Of a pair
+ * that overlaps, seen along the flank, only the nearer is shown.
  * @template {string} K
  * @param {Box} box @param {ReturnType<typeof projection>} project @param {{ width: number, height: number }} frame
  * @param {Record<K, string>} words @param {Record<K, readonly [number, number]>} sides towards which side each lies, along the width and upwards: −1, 0, 1
@@ -181,7 +181,8 @@ export function nodeInPicture(surface, index, scale, flipU, project) {
 }
 
 /**
- * The node that is seen nearest to a place of the picture: of the foremost triangle there; none beside the flank.
+ * Returns the node nearest to a place of the picture: of the foremost triangle there; undefined
+ * outside the flank.
  * @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {ReturnType<typeof projection>} project
  * @param {readonly [number, number]} at
  */

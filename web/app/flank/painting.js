@@ -1,4 +1,5 @@
-// Maps are painted in parts, between which the page answers; of what is wanted meanwhile only the last is painted.
+// Maps are painted in parts, between which the page stays responsive; of several requested
+// paintings only the last is done.
 
 import { underway } from "../api/resource.js";
 import { turn } from "../lib/turn.js";
@@ -8,7 +9,7 @@ import { heightsInParts, imageInParts } from "./raster.js";
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {{ surface: FlankSurface, view: import("./raster.js").View, limit: number, density: number }} Picture */
 
-/** How long the page does not answer, in milliseconds. */
+/** The longest time for which the page is blocked, in milliseconds. */
 const PART_MS = 8;
 
 /** @template Made @param {import("./raster.js").InParts<Made>} parts @returns {Promise<Made>} */
@@ -23,7 +24,8 @@ async function between(parts) {
 }
 
 /**
- * Keeps a canvas painted. A map keeps what it shows until the next one is whole; `main` is busy until it is.
+ * Keeps a canvas painted. A map shows its last picture until the next one is complete; `main` is
+ * busy until it is.
  * @param {Picture} picture @param {readonly unknown[]} changes what it depends on
  */
 export function usePainting(picture, changes) {
@@ -35,7 +37,7 @@ export function usePainting(picture, changes) {
     running.current = true;
     underway.value += 1;
     try {
-      // what is laid out first is often laid out once more before anything is seen
+      // the first layout often changes once more before anything is visible
       await turn();
       for (let now = wanted.current; now; now = wanted.current) {
         wanted.current = undefined;

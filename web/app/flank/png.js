@@ -1,4 +1,4 @@
-// A map as an image to be kept: title, colours, edges and scale on white.
+// A map as an image for download: title, colours, edges and scale on white.
 
 import { fmt } from "../i18n/i18n.js";
 import { css, deviationColour } from "../lib/colour.js";

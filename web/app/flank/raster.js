@@ -10,15 +10,15 @@ import { inCell, place } from "./surface.js";
 const STEPS = 512;
 
 /**
- * What is computed in parts, so that whoever draws it can let the page answer between them.
+ * A computation in parts, between which the caller can let the page respond.
  * @template Made
  * @typedef {Generator<undefined, Made, undefined>} InParts
  */
 
-/** Pixels or triangles of a part. */
+/** Pixels or triangles per part. */
 const PART = 4096;
 
-/** All parts at once. @template Made @param {InParts<Made>} parts @returns {Made} */
+/** Runs all parts at once. @template Made @param {InParts<Made>} parts @returns {Made} */
 function whole(parts) {
   for (;;) {
     const { done, value } = parts.next();
@@ -27,7 +27,7 @@ function whole(parts) {
 }
 
 /**
- * The heights of pixels, row by row from above: u upwards, v to the right.
+ * Returns the heights of pixels, row by row from above: u upwards, v to the right.
  * @param {FlankSurface} surface @param {View} view
  * @returns {Float32Array} NaN: missing; Infinity: outside of the nodes
  */
@@ -71,7 +71,7 @@ function* ofGrid({ u, v, z }, view) {
 }
 
 /**
- * A row of pixels.
+ * Computes a row of pixels.
  * @param {Float32Array} out
  * @param {{ z: Float64Array, from: number, next: number, row: number, s: number, columns: Int32Array, shares: Float64Array }} nodes
  *   `from`: the first node below the row, -1 outside; `next`, `row`: how far on the next nodes are; `s`: the share between them
@@ -90,7 +90,7 @@ function ofRow(out, { z, from, next, row, s, columns, shares }) {
     const c = /** @type {number} */ (z[k + row]);
     const d = /** @type {number} */ (z[k + row + next]);
     const value = (1 - s) * ((1 - t) * a + t * b) + s * ((1 - t) * c + t * d);
-    // only where a corner is missing
+    // only if a corner is missing
     out[x] = Number.isNaN(value) ? inCell(a, b, c, d, s, t) : value;
   }
 }
@@ -152,25 +152,25 @@ function upwards({ height, box: { u }, flipU = false }, y) {
   return u[1] - (flipU ? 1 - share : share) * (u[1] - u[0]);
 }
 
-/** Where a v lies in the view, in pixels from its left edge. @param {View} view @param {number} value */
+/** Returns the pixels of a v from the left edge of the view. @param {View} view @param {number} value */
 export function toX({ width, box: { v }, flipV = false }, value) {
   const share = (value - v[0]) / (v[1] - v[0] || 1);
   return width * (flipV ? 1 - share : share);
 }
 
-/** Where a u lies in the view, in pixels from its upper edge. @param {View} view @param {number} value */
+/** Returns the pixels of a u from the upper edge of the view. @param {View} view @param {number} value */
 export function toY({ height, box: { u }, flipU = false }, value) {
   const share = (u[1] - value) / (u[1] - u[0] || 1);
   return height * (flipU ? 1 - share : share);
 }
 
-/** The place of a pixel. @param {View} view @param {number} x @param {number} y @returns {{ u: number, v: number }} */
+/** Returns the place of a pixel. @param {View} view @param {number} x @param {number} y @returns {{ u: number, v: number }} */
 export function placeOf(view, x, y) {
   return { u: upwards(view, y - 0.5), v: across(view, x - 0.5) };
 }
 
 /**
- * The image of heights: RGBA. Missing ones are hatched in grey, and outside it is clear.
+ * Returns the RGBA image of heights. Missing ones are hatched in grey; outside it is transparent.
  * @param {Float32Array} heights @param {number} width @param {number} limit of the colour scale
  * @param {number} [hatch] distance of the hatch's lines in pixels
  */
@@ -207,7 +207,7 @@ function colour(words, heights, from, to, { width, limit, hatch }) {
 
 const LITTLE = new Uint8Array(new Uint32Array([1]).buffer)[0] === 1;
 
-/** A pixel as the machine keeps it. @param {number} red @param {number} green @param {number} blue @param {number} alpha */
+/** Packs a pixel in the byte order of the machine. @param {number} red @param {number} green @param {number} blue @param {number} alpha */
 function word(red, green, blue, alpha) {
   const bytes = LITTLE ? [alpha, blue, green, red] : [red, green, blue, alpha];
   return bytes.reduce((whole, byte) => (whole << 8) | byte, 0) >>> 0;

@@ -14,13 +14,13 @@ export function scaleFor({ z }) {
   return scale;
 }
 
-/** A common scale for several surfaces. @param {readonly FlankSurface[]} surfaces */
+/** Returns a common scale for several surfaces. @param {readonly FlankSurface[]} surfaces */
 export function commonScale(surfaces) {
   const limit = surfaces.reduce((most, surface) => Math.max(most, scaleFor(surface).limit), 0) || 1;
   return { limit, clipped: surfaces.reduce((sum, surface) => sum + clippedBy(surface, limit), 0) };
 }
 
-/** Returns the number of heights beyond a limit. @param {FlankSurface} surface @param {number} limit */
+/** Returns the number of heights outside a limit. @param {FlankSurface} surface @param {number} limit */
 export function clippedBy(surface, limit) {
   const own = scaleFor(surface);
   if (limit === own.limit) return own.clipped;

@@ -26,7 +26,7 @@ export function gridOf(u, v, rows, valid) {
   return { kind: "grid", u: Float64Array.from(u), v: Float64Array.from(v), z };
 }
 
-/** The same nodes with other heights. @template {FlankSurface} S @param {S} surface @param {Float64Array} z @returns {S} */
+/** Returns the same nodes with other heights. @template {FlankSurface} S @param {S} surface @param {Float64Array} z @returns {S} */
 export function withHeights(surface, z) {
   return { ...surface, z };
 }
@@ -73,17 +73,17 @@ export function nodeOf(surface, index) {
 /** @param {Float64Array} values @param {number} index */
 const at = (values, index) => values[index] ?? Number.NaN;
 
-/** How many heights there are, and how many are missing. @param {FlankSurface} surface */
+/** Counts the heights and the missing ones. @param {FlankSurface} surface */
 export function countsOf({ z }) {
   let missing = 0;
   for (const value of z) if (Number.isNaN(value)) missing += 1;
   return { nodes: z.length, missing };
 }
 
-/** Found once. @type {WeakMap<FlankSurface, { least: FlankNode, greatest: FlankNode }>} */
+/** Results, each computed once. @type {WeakMap<FlankSurface, { least: FlankNode, greatest: FlankNode }>} */
 const extremes = new WeakMap();
 
-/** The nodes with the least and the greatest height; none where all are missing. @param {FlankSurface} surface */
+/** Returns the nodes with the least and the greatest height; undefined if all are missing. @param {FlankSurface} surface */
 export function extremesOf(surface) {
   const kept = extremes.get(surface);
   if (kept) return kept;
@@ -101,7 +101,7 @@ export function extremesOf(surface) {
   return found;
 }
 
-/** The node nearest to a place, by shares of the box. @param {FlankSurface} surface @param {number} u @param {number} v */
+/** Returns the node nearest to a place, by shares of the box. @param {FlankSurface} surface @param {number} u @param {number} v */
 export function nearestNode(surface, u, v) {
   if (surface.kind === "grid") {
     return nodeOf(surface, nearestIn(surface.u, u) * surface.v.length + nearestIn(surface.v, v));
@@ -122,7 +122,7 @@ function nearestIn(values, value) {
   return i + 1 < values.length && at(values, i + 1) - value < value - at(values, i) ? i + 1 : i;
 }
 
-/** The last index whose value is no greater, at most the last but one. @param {Float64Array} values ascending @param {number} value */
+/** Returns the last index whose value is no greater, at most the last but one. @param {Float64Array} values ascending @param {number} value */
 export function below(values, value) {
   let [low, high] = [0, Math.max(0, values.length - 2)];
   while (low < high) {
@@ -134,8 +134,8 @@ export function below(values, value) {
 }
 
 /**
- * The height between the nodes: bilinear on a grid (linear where one corner of a cell is missing),
- * linear in triangles. NaN outside and where nodes are missing.
+ * Returns the height between the nodes: bilinear on a grid (linear if one corner of a cell is
+ * missing), linear in triangles. NaN outside and at missing nodes.
  * @param {FlankSurface} surface @param {number} u @param {number} v
  */
 export function heightAt(surface, u, v) {
@@ -150,7 +150,7 @@ export function heightAt(surface, u, v) {
   return inCell(at(z, k), at(z, k + next), at(z, k + row), at(z, k + row + next), s, t);
 }
 
-/** The cell of a value and the share within; -1 outside. @param {Float64Array} values @param {number} value @returns {[number, number]} */
+/** Returns the cell of a value and the share within; -1 outside. @param {Float64Array} values @param {number} value @returns {[number, number]} */
 export function place(values, value) {
   const last = values.length - 1;
   if (!(value >= at(values, 0) && value <= at(values, last))) return [-1, 0];
@@ -160,7 +160,7 @@ export function place(values, value) {
 }
 
 /**
- * Between four corners; s along u, t along v.
+ * Interpolates between four corners; s along u, t along v.
  * @param {number} a at s = t = 0 @param {number} b at t = 1 @param {number} c at s = 1 @param {number} d at both
  * @param {number} s @param {number} t
  */
@@ -196,8 +196,8 @@ function inTriangles({ u: us, v: vs, z, triangles }, u, v) {
 }
 
 /**
- * The section at one v (a profile, over u) or at one u (a helix, over v): through nodes where it
- * meets them, and between them elsewhere.
+ * Returns the section at one v (a profile, over u) or at one u (a helix, over v): through nodes if
+ * it meets them, else between them.
  * @param {FlankSurface} surface @param {"profile" | "helix"} kind @param {number} place
  * @returns {SectionPoint[]}
  */
@@ -234,8 +234,8 @@ function throughTriangles({ u, v, z, triangles }, kind, place) {
 }
 
 /**
- * The first less the second, at the nodes of the first. Both count from the same places: where the
- * second has a node there its height is taken, else it is interpolated, as `exact` says.
+ * Returns the first minus the second, at the nodes of the first. The second's own height is used at
+ * common nodes; otherwise it is interpolated, and `exact` is false.
  * @param {FlankSurface} first @param {FlankSurface} second
  */
 export function difference(first, second) {

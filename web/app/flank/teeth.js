@@ -7,11 +7,11 @@ import { scatteredOf } from "./triangles.js";
 /** @typedef {import("../api/client.js").Schema<"GearDeviations">} GearDeviations */
 /** @typedef {{ key: string, tooth: number, flank: "left" | "right", surface: FlankSurface }} ToothFlank `u`: roll length, `v`: along the axis, mm; heights in µm */
 
-/** Left flanks first, teeth in their order. @param {ToothFlank} a @param {ToothFlank} b */
+/** Sorts left flanks first, then by tooth. @param {ToothFlank} a @param {ToothFlank} b */
 const inOrder = (a, b) => (a.flank === b.flank ? a.tooth - b.tooth : a.flank === "left" ? -1 : 1);
 
 /**
- * Each flank that some deviations are of; of a flank in several answers the last one counts.
+ * Returns each flank with deviations; of several measurements of a flank the last one counts.
  * @param {readonly GearDeviations[]} answers in the order in which they were made @returns {ToothFlank[]}
  */
 export function flanksOf(answers) {
@@ -34,7 +34,7 @@ function pointsOf({ deviation_um: z, roll_length_mm: u, z_mm: v, tooth, flank })
   for (const [i, of] of tooth.entries()) {
     const side = flank[i];
     const [atU, atV] = [u[i], v[i]];
-    // a point without a place belongs nowhere
+    // a point without a place is dropped
     if (of === 0 || side === undefined || typeof atU !== "number" || typeof atV !== "number") continue;
     const key = `${of}-${side}`;
     const one = found.get(key) ?? { tooth: of, flank: side, points: [] };
@@ -44,7 +44,7 @@ function pointsOf({ deviation_um: z, roll_length_mm: u, z_mm: v, tooth, flank })
   return found;
 }
 
-/** A grid where the points are one, else triangles. @param {readonly Point[]} points */
+/** Makes a grid if the points form one, else triangles. @param {readonly Point[]} points */
 function surfaceOf(points) {
   const [us, vs] = [ascending(points.map(({ u }) => u)), ascending(points.map(({ v }) => v))];
   if (us.length < 2 || vs.length < 2 || us.length * vs.length > 4 * points.length)
@@ -65,7 +65,7 @@ function surfaceOf(points) {
 /** @param {readonly number[]} values each once */
 const ascending = (values) => [...new Set(values)].sort((a, b) => a - b);
 
-/** What a table says of a flank. @param {ToothFlank} of */
+/** Returns the statistics of a flank for the table. @param {ToothFlank} of */
 export function inFigures({ surface }) {
   const { nodes, missing } = countsOf(surface);
   const ends = extremesOf(surface);
@@ -85,7 +85,7 @@ export function inFigures({ surface }) {
   };
 }
 
-/** What all of them are on. @param {readonly ToothFlank[]} flanks @param {"u" | "v"} axis @returns {[number, number]} */
+/** Returns the common range of all flanks. @param {readonly ToothFlank[]} flanks @param {"u" | "v"} axis @returns {[number, number]} */
 export function commonRange(flanks, axis) {
   let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
   for (const { surface } of flanks)

@@ -1,4 +1,4 @@
-// The layers of an iteration's map, each asked for when it is shown.
+// The layers of an iteration's map, each loaded when it is shown.
 
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
@@ -25,15 +25,15 @@ export const LAYERS = /** @type {const} */ ([
 ]);
 /** @typedef {(typeof LAYERS)[number]} LayerName */
 
-/** What was made of nodes. @type {WeakMap<Nodes, FlankSurface | undefined>} */
+/** Surfaces already made of nodes. @type {WeakMap<Nodes, FlankSurface | undefined>} */
 const surfaces = new WeakMap();
 
-/** The surface of nodes that were asked for here. @param {Nodes} nodes */
+/** Returns the surface of nodes requested here. @param {Nodes} nodes */
 export function kept(nodes) {
   return surfaces.has(nodes) ? surfaces.get(nodes) : surfaceOf(nodes);
 }
 
-/** The nodes of an iteration, as they were posted. @param {string} jobId @param {number | null} number null: of none */
+/** Returns the nodes of an iteration, as they were posted. @param {string} jobId @param {number | null} number null: of none */
 export function useNodes(jobId, number) {
   return useResource(number === null ? null : `nodes ${jobId} ${number}`, async (signal) => {
     const params = { path: { job_id: jobId, number: number ?? 0 } };
@@ -42,7 +42,8 @@ export function useNodes(jobId, number) {
       api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params, headers }),
     );
     const nodes = /** @type {Nodes} */ (data);
-    // many nodes are read, made a surface and drawn in tasks of their own, between which the page answers
+    // many nodes are read, converted and drawn in separate tasks, between which the page stays
+    // responsive
     await turn();
     const surface = surfaceOf(nodes);
     surfaces.set(nodes, surface);
@@ -61,7 +62,7 @@ export function useNodes(jobId, number) {
 const SHARED = 8;
 
 /**
- * The common limit of the measured maps of a job, so that they can be compared.
+ * Returns the common limit of the measured maps of a job, so that they can be compared.
  * @param {string} jobId @param {readonly number[]} numbers of the iterations whose heights have one unit
  */
 export function useJobLimit(jobId, numbers) {
@@ -87,7 +88,7 @@ export function useJobLimit(jobId, numbers) {
 }
 
 /**
- * A fit of an iteration in full.
+ * Returns a fit of an iteration in full.
  * @param {string} jobId @param {number} number @param {string | undefined} fitId none: nothing is asked for
  * @param {readonly import("../api/client.js").Schema<"FitInclude">[]} [include]
  */
@@ -106,7 +107,7 @@ export function useFit(jobId, number, fitId, include = []) {
   );
 }
 
-/** The correction of an iteration with its nodes. @param {string} jobId @param {number} number @param {boolean} wanted */
+/** Returns the correction of an iteration with its nodes. @param {string} jobId @param {number} number @param {boolean} wanted */
 function useCorrection(jobId, number, wanted) {
   return useResource(wanted ? `correction ${jobId} ${number} nodes` : null, async (signal) => {
     const params = { path: { job_id: jobId, number }, query: { include: /** @type {["nodes"]} */ (["nodes"]) } };
@@ -119,7 +120,7 @@ function useCorrection(jobId, number, wanted) {
 }
 
 /**
- * The design at the nodes of an iteration.
+ * Returns the design at the nodes of an iteration.
  * @param {string} jobId @param {number} number @param {string | undefined} measured what the nodes are of; none: nothing is asked for
  */
 function useDesign(jobId, number, measured) {
@@ -131,7 +132,7 @@ function useDesign(jobId, number, measured) {
 }
 
 /**
- * What a layer shows: its surface as soon as all of it is there.
+ * Returns the surface of a layer, as soon as all of its data is there.
  * @param {{ jobId: string, number: number, fitId: string | undefined, layer: LayerName, other: number | undefined, corrected: boolean,
  *   measurand: { flank?: string | null | undefined, axes?: import("../lib/units.js").Axes | null | undefined } }} of
  *   `other`: the iteration of the difference; `measurand`: what the nodes are of; `corrected`: there is a correction; all teeth are no layer of the nodes
@@ -178,7 +179,7 @@ export function useLayer({ jobId, number, fitId, layer, other, corrected, measur
   };
 }
 
-/** Measured heights less the design, µm. @param {FlankSurface} measured @param {number | undefined} factor @param {readonly number[] | undefined} design */
+/** Returns measured heights minus the design, µm. @param {FlankSurface} measured @param {number | undefined} factor @param {readonly number[] | undefined} design */
 function lessDesign(measured, factor, design) {
   if (factor === undefined || design === undefined) return undefined;
   return withHeights(

@@ -1,4 +1,4 @@
-// A layer of the flank to work with: map, sections beside and below it, scale, zoom, files.
+// A layer of the flank to work with: map, adjacent sections, scale, zoom, files.
 
 import { Chart } from "../charts/chart.js";
 import { Line, Rule } from "../charts/marks.js";

@@ -1,5 +1,5 @@
 // The flank in space: the surface over the nominal plane, deviations magnified. three.js is loaded
-// when somebody looks; while it turns, a coarser surface is drawn.
+// on demand; during rotation a coarser surface is drawn.
 
 import { underway } from "../api/resource.js";
 import { t } from "../i18n/flank.js";
@@ -27,9 +27,9 @@ import { boxOf, nearestNode, nodeOf } from "./surface.js";
 /** @typedef {import("./mesh.js").Camera} Camera */
 
 const HEIGHT = 420;
-/** A pointer that moves less has clicked. */
+/** The movement below which a press is a click, pixels. */
 const CLICK = 4;
-// what is drawn while it turns: so many nodes, and so many pixels for each of the page
+// limits during rotation: nodes, and pixels per pixel of the page
 const COARSE = 3000;
 const COARSE_PIXELS = 0.7;
 /** From above left, from face I, from above. @type {Record<string, Camera>} */
@@ -39,18 +39,18 @@ const VIEWS = {
   3: { yaw: 0, pitch: 89, zoom: 1 },
 };
 const FIRST = /** @type {Camera} */ (VIEWS[1]);
-/** Where the edges lie, along the width and upwards; whichever way u counts, the tip is above. */
+/** The edges along the width and upwards; whichever way u counts, the tip is above. */
 const SIDES = /** @type {const} */ ({ root: [0, -1], tip: [0, 1], faceI: [-1, 0], faceII: [1, 0] });
 const LETTERS = { letter: 6.8, line: 14 };
-/** The longest scale bar, pixels; one of more than this many limits would say nothing: heights are not seen from there. */
+/** The longest scale bar, pixels. Above this many limits it would be meaningless: heights are not visible from there. */
 const [BAR, LIMITS] = [75, 4];
 
-/** Whether this browser draws in space. */
+/** Returns true if this browser supports WebGL. */
 export function hasWebgl() {
   return document.createElement("canvas").getContext("webgl2") !== null;
 }
 
-/** By how much deviations are drawn larger, so that the limit is a quarter of the flank. @param {FlankSurface} surface @param {number} limit @param {string | undefined} unit */
+/** The factor by which deviations are magnified, so that the limit is a quarter of the flank. @param {FlankSurface} surface @param {number} limit @param {string | undefined} unit */
 export function magnificationOf(surface, limit, unit) {
   const { u, v } = boxOf(surface);
   const size = Math.max(u[1] - u[0], v[1] - v[0]);
@@ -176,7 +176,7 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, 
   </div>`;
 }
 
-/** Heights in the middle of the edges, as drawn. @param {FlankSurface} surface @param {number} scaled @param {boolean} flipU */
+/** Returns the heights in the middle of the edges, as drawn. @param {FlankSurface} surface @param {number} scaled @param {boolean} flipU */
 function edgeHeights(surface, scaled, flipU) {
   const { u, v } = boxOf(surface);
   const at = (/** @type {readonly [number, number]} */ [across, up]) => {
@@ -188,7 +188,7 @@ function edgeHeights(surface, scaled, flipU) {
 }
 
 /**
- * A round height as long as it is seen, which is always upright.
+ * Returns a round height and its length in the picture, where heights are always upright.
  * @param {ReturnType<typeof projection>} project @param {number} scaled @param {number} limit @param {string | undefined} unit
  */
 function heightBar(project, scaled, limit, unit) {
@@ -202,7 +202,7 @@ function heightBar(project, scaled, limit, unit) {
   </g>`;
 }
 
-/** How far from its middle a flank is seen. @param {FlankSurface} surface */
+/** The distance of the camera from the middle of the flank. @param {FlankSurface} surface */
 function radiusOf(surface) {
   const { u, v } = boxOf(surface);
   return 0.62 * Math.hypot(u[1] - u[0], v[1] - v[0]);

@@ -1,4 +1,4 @@
-// Texts that several pages share.
+// Texts common to several pages.
 
 import de from "./de/common.js";
 import en from "./en/common.js";

@@ -1,4 +1,4 @@
-// Texts of the maps of flanks, wherever they stand.
+// Texts of the maps of flanks.
 
 import de from "./de/flank.js";
 import en from "./en/flank.js";

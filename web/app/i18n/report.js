@@ -1,4 +1,4 @@
-// Words of reports.
+// Texts of reports.
 
 import de from "./de/report.js";
 import en from "./en/report.js";

@@ -1,4 +1,4 @@
-// Texts of what a job asks of its flanks, and of figures held against it.
+// Texts of requirements, and of figures compared with them.
 
 import de from "./de/requirements.js";
 import en from "./en/requirements.js";

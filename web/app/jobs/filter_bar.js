@@ -1,4 +1,4 @@
-// Above the list: jobs by status, a search, and what else the list may be narrowed down to.
+// The bar above the list: jobs by status, a search, and further filters.
 
 import { Menu } from "../components/dialog.js";
 import { Checkbox, Field, SelectField, TextField } from "../components/form.js";
@@ -34,7 +34,7 @@ export function StatusCounts({ filters, sort, counts }) {
   </nav>`;
 }
 
-/** Whether a job has one line, or what it is of below its name too. */
+/** The switch between one line per job and more details. */
 export function Density() {
   const toggle = () => {
     compact.value = !compact.value;
@@ -42,10 +42,10 @@ export function Density() {
   return html`<button type="button" class="button density" aria-pressed=${compact.value ? "true" : "false"} onClick=${toggle}>${t.compact}</button>`;
 }
 
-/** The columns that the list shows besides the name. */
+/** The optional columns of the list. */
 export function Columns() {
   const boxes = optionalColumns().map(({ key, header, minor: narrow }) => {
-    // tablets have numbers below the name instead, but for compact lists
+    // tablets show numbers below the name instead, except in compact lists
     const minor = narrow && (compact.value || (key !== "part" && key !== "serial"));
     const onChange = (/** @type {boolean} */ shown) => {
       const others = hidden.value.filter((one) => one !== key);
@@ -78,7 +78,7 @@ export function FilterBar({ filters, sort, summary, error }) {
 function Search({ q, error }) {
   const [typed, setTyped] = useState(q);
   const field = useRef(/** @type {HTMLDivElement | null} */ (null));
-  // back, forward and «all jobs» change the address beside the field
+  // back, forward and «all jobs» change the address independently of the field
   useEffect(() => {
     if (typed.trim() !== q) setTyped(q);
   }, [q]);
@@ -127,7 +127,7 @@ function Machine({ machine, summary }) {
   });
 }
 
-/** What is looked for less often. It takes effect when it is asked for. @param {{ filters: Filters, error: unknown }} props */
+/** The less frequent filters. They take effect when they are applied. @param {{ filters: Filters, error: unknown }} props */
 function MoreFilters({ filters, error }) {
   const [typed, setTyped] = useState({
     part: filters.part ?? "",

@@ -1,11 +1,11 @@
-// What the list of jobs is narrowed down to: in the address, as the interface is asked for it, and how many jobs there
-// are then, where the counts say. Pure.
+// Filters of the list of jobs: in the address, in requests, and the number of matching jobs if it
+// is known. Pure.
 
 /** @typedef {import("../api/client.js").Schema<"JobSummary">} JobSummary */
 /** @typedef {import("../api/client.js").Schema<"JobStatus">} JobStatus */
 /** @typedef {NonNullable<NonNullable<import("../api/client.js").Paths["/v1/jobs"]["get"]["parameters"]["query"]>["sort"]>} Sort */
 /**
- * As they stand in the address: dates without times, of this place.
+ * Filters as in the address: dates without times, in local time.
  * @typedef {{ q?: string, status?: string, machine?: string, part?: string, tag?: string, class?: string, from?: string, to?: string }} Filters
  */
 
@@ -21,7 +21,7 @@ export function filtersOf(address) {
   return Object.fromEntries(NAMES.flatMap((name) => (address.get(name) ? [[name, address.get(name)]] : [])));
 }
 
-/** Nothing that narrows the list down, and its first page. */
+/** No filter, and the first page. */
 export const noFilters = () => ({ ...Object.fromEntries(NAMES.map((name) => [name, undefined])), ...firstPage });
 export const firstPage = { cursor: undefined, page: undefined };
 
@@ -31,7 +31,8 @@ export function sortOf(address) {
 }
 
 /**
- * The query of `GET /v1/jobs`. What the address names wrongly is sent as it is, for the server to say so.
+ * Returns the query of `GET /v1/jobs`. Invalid values of the address are sent unchanged, so that
+ * the server reports them.
  * @param {Filters} filters @param {Sort} sort @param {string | undefined} cursor
  */
 export function listQuery({ q, status, machine, part, tag, class: of, from, to }, sort, cursor) {
@@ -52,14 +53,14 @@ export function listQuery({ q, status, machine, part, tag, class: of, from, to }
   };
 }
 
-/** The midnight of this place that begins a day, or one of the days after it. @param {string | undefined} day @param {number} later */
+/** Returns the local midnight that begins a day, or one of the days after it. @param {string | undefined} day @param {number} later */
 function midnight(day, later) {
   const [, year, month, date] = /^(\d{4})-(\d\d)-(\d\d)$/.exec(day ?? "") ?? [];
   if (!year || !month || !date) return undefined;
   return new Date(Number(year), Number(month) - 1, Number(date) + later).toISOString();
 }
 
-/** Whether the last day is before the first. @param {{ from?: string, to?: string }} days */
+/** Returns true if the last day is before the first. @param {{ from?: string, to?: string }} days */
 export const isReversed = ({ from, to }) => Boolean(from && to && to < from);
 
 /**
@@ -76,7 +77,7 @@ export function countsByStatus({ status: _, ...others }, summary, found) {
 }
 
 /**
- * How many jobs pass: known where the counts say it, or where all of them are on this page.
+ * Returns the number of matching jobs, if the counts have it or all of them are on this page.
  * @param {Filters} filters @param {JobSummary | undefined} summary
  * @param {{ page: number | undefined, shown: number, more: boolean }} list
  */

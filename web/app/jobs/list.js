@@ -1,4 +1,4 @@
-// The list of jobs as a table, with what became of each one's last iteration.
+// The list of jobs as a table, with the result of each one's last iteration.
 
 import { Badge } from "../components/figure.js";
 import { table } from "../components/table.js";
@@ -48,7 +48,7 @@ export function JobList({ jobs, sort, tools }) {
   return html`<div class=${`job-list${compact.value ? " compact" : ""}`} style=${{ "--hidden": hidden.value.length }}>${list}</div>${flanks && html`<p class="hint list-hint">${t.flankHint(fmt.value.input(limit))}</p>`}`;
 }
 
-/** Whether the list has a column. @param {string} key */
+/** Returns true if the list shows a column. @param {string} key */
 export const shows = (key) => !hidden.value.includes(key);
 
 /** The columns that can be hidden. */
@@ -133,7 +133,7 @@ function columns(sort, limit) {
   ];
 }
 
-/** The flank, and whether all figures lie within their limits. @param {NonNullable<ListedJob["figures"]>} figures @param {ListedJob["flank"]} flank @param {number} limit */
+/** The flank, and a mark if all figures lie within their limits or not. @param {NonNullable<ListedJob["figures"]>} figures @param {ListedJob["flank"]} flank @param {number} limit */
 function flankOf(figures, flank, limit) {
   return html`<span class="flank-cell">${h(Thumbnail, { figures, flank, limit })}${h(Within, { within: figures.within, doubtful: figures.assumptions === "doubtful" })}${
     flank && html`<span class="flank-side" aria-hidden="true">${t[flank]}</span>`
@@ -149,7 +149,7 @@ function number(key, header, of, write) {
   return { key, header, numeric: true, cell, csv: of };
 }
 
-/** The name, a link; below it what it is of. @param {ListedJob} job */
+/** The name, a link; below it details of the job. @param {ListedJob} job */
 function nameOf({ id, name, gear, tags, part_number: part, serial_number: serial }) {
   const gearText = gearInShort(gear);
   const tagged = Object.keys(tags).length > 0;

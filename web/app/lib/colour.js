@@ -10,7 +10,7 @@ import { batlow, vik } from "./colour_maps.js";
  */
 export const SERIES = /** @type {const} */ (["blue", "vermilion", "green", "purple", "orange", "sky", "yellow", "ink"]);
 
-/** What the tokens of `SERIES` stand for. */
+/** The tokens of `SERIES` by name. */
 export const OKABE_ITO = {
   blue: [0, 114, 178],
   vermilion: [213, 94, 0],
@@ -22,13 +22,13 @@ export const OKABE_ITO = {
   ink: [0, 0, 0],
 };
 
-/** Dashes of a flank's lines. @param {"left" | "right" | undefined} flank */
+/** Line dashes of a flank. @param {"left" | "right" | undefined} flank */
 export function dashOf(flank) {
   return flank === "right" ? "6 4" : undefined;
 }
 
 /**
- * The step of a colour map at a share of its range, which is cut to 0…1.
+ * Returns the step of a colour map at a share of its range, which is clamped to 0…1.
  * @param {readonly Rgb[]} map @param {number} share @returns {Rgb}
  */
 function stepAt(map, share) {
@@ -36,27 +36,28 @@ function stepAt(map, share) {
   return map[index] ?? [128, 128, 128];
 }
 
-/** The colour of a deviation on a scale from -limit to limit. @param {number} value @param {number} limit */
+/** Returns the colour of a deviation on a scale from -limit to limit. @param {number} value @param {number} limit */
 export function deviationColour(value, limit) {
   return stepAt(vik, limit > 0 ? 0.5 + value / (2 * limit) : 0.5);
 }
 
-/** The colour of an amount between the least and the greatest. @param {number} value @param {readonly [number, number]} range */
+/** Returns the colour of an amount between the least and the greatest. @param {number} value @param {readonly [number, number]} range */
 export function amountColour(value, [low, high]) {
   return stepAt(batlow, high > low ? (value - low) / (high - low) : 0);
 }
 
-/** As CSS writes it. @param {Rgb} colour */
+/** Formats a colour for CSS. @param {Rgb} colour */
 export function css([red, green, blue]) {
   return `rgb(${red} ${green} ${blue})`;
 }
 
-/** Factor by which the greatest height must exceed the 99 % quantile for the heights beyond to be clipped by a scale. */
+/** The factor by which the greatest height must exceed the 99 % quantile for a scale to clip heights above it. */
 const FAR = 2;
 
 /**
- * Returns the limit of a symmetric scale, and how many values it clips. The limit is the next step above the greatest
- * magnitude, so that nothing is clipped, except that at most 1 % of the values are clipped if they lie far beyond the others.
+ * Returns the limit of a symmetric scale, and the number of values it clips. The limit is the next
+ * step above the greatest magnitude, so that nothing is clipped, unless at most 1 % of the values
+ * lie far above the others.
  * @param {Iterable<number | null>} values
  * @returns {{ limit: number, clipped: number }}
  */
@@ -95,8 +96,8 @@ function magnitudes(values) {
 const BINS = 4096;
 
 /**
- * The size that has `rank` others before it in order. Only the bin where it lies is sorted: a map of
- * 100,000 nodes is not to keep the page waiting.
+ * Returns the size that has `rank` others before it in order. Only its bin is sorted, so that a map
+ * of 100,000 nodes does not block the page.
  * @param {Float64Array} sizes none below 0 @param {number} rank
  */
 function atRank(sizes, rank) {

@@ -52,9 +52,9 @@ function decode(text) {
 }
 
 /**
- * For deviations, symmetric about 0: blue below, brown above. Without the 24 darkest steps of either
- * end, which are less apart (CIEDE2000 34) than those that are left (41).
+ * The map of deviations, symmetric about 0: blue below, brown above. Without the 24 darkest steps
+ * of either end, which differ less (CIEDE2000 34) than the remaining ones (41).
  */
 export const vik = decode(VIK).slice(24, -24);
-/** For amounts, from the least to the greatest. */
+/** The map of amounts, from the least to the greatest. */
 export const batlow = decode(BATLOW);

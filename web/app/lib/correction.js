@@ -1,4 +1,4 @@
-// A correction as it is typed, and as it is asked for. Pure.
+// A correction as it is typed, and its request. Pure.
 
 import { parseNumber } from "./format.js";
 
@@ -68,7 +68,7 @@ export function emptyDraft(hasGear) {
 }
 
 /**
- * What a correction was asked for with, to begin another one from.
+ * Returns the draft that a request came from, to begin another one.
  * @param {CorrectionRequest} request @param {(value: number | null | undefined) => string} write
  * @returns {Draft}
  */
@@ -78,7 +78,7 @@ export function draftOf(request, write) {
   const given = sensitivity.type === "matrix" ? sensitivity : undefined;
   const units = given?.units ?? [];
   const head = (given?.settings ?? []).map((name, i) => (units[i] ? `${name} [${units[i]}]` : name)).join("\t");
-  // a stored request has its matrix only where the nodes are included
+  // a stored request has its matrix only if the nodes are included
   const matrix = given?.matrix ?? [];
   const list = (/** @type {readonly (number | null)[] | undefined} */ values) => (values ?? []).map(write).join("\n");
   return {
@@ -107,7 +107,7 @@ function aimOf(target) {
   return typeof target === "string" ? target : "given";
 }
 
-/** The settings that a draft names, with their units. @param {Draft} draft @returns {{ name: string, unit: string | undefined }[]} */
+/** Returns the settings that a draft names, with their units. @param {Draft} draft @returns {{ name: string, unit: string | undefined }[]} */
 export function settingsOf(draft) {
   if (draft.by === "matrix") return headOf(draft.matrix);
   return Object.entries(MACHINES[draft.by]).map(([name, unit]) => ({ name, unit }));
@@ -122,7 +122,7 @@ function headOf(text) {
   });
 }
 
-/** Cells between tabs, semicolons or, where there is neither, commas. @param {string} line */
+/** Splits cells at tabs, semicolons or, if there is neither, commas. @param {string} line */
 function cellsOf(line) {
   const between = /[\t;]/.test(line) ? /[\t;]/ : /,/;
   return line.split(between).map((cell) => cell.trim());
@@ -131,7 +131,7 @@ function cellsOf(line) {
 /** @typedef {{ request: CorrectionRequest, faults: Record<string, "number" | "row"> }} Read `faults`: pointers of what is no number */
 
 /**
- * The request that a draft asks for, and where it holds what is no number.
+ * Returns the request of a draft, and the places of invalid numbers.
  * @param {Draft} draft @returns {Read}
  */
 export function requestOf(draft) {
@@ -198,17 +198,18 @@ function matrixOf(text, faults) {
   };
 }
 
-/** A name within a JSON Pointer. @param {string} name */
+/** Escapes a name for a JSON Pointer. @param {string} name */
 export const escaped = (name) => name.replaceAll("~", "~0").replaceAll("/", "~1");
 
 /**
- * Whether a change is distinguishable from none: greater than the half width of its 95 % interval.
+ * Returns true if a change is distinguishable from zero: greater than the half width of its 95 %
+ * interval.
  * @param {Pick<import("../api/client.js").Schema<"SettingChange">, "change" | "std_error">} setting
  */
 export const significant = ({ change, std_error }) => Math.abs(change) > 1.96 * (std_error ?? 0);
 
 /**
- * The value after a change, from texts: the value before it and the change.
+ * Returns the value after a change, from texts: the previous value and the change.
  * @param {string} present @param {string} change
  * @returns {number | undefined} none where one of them is no number
  */
@@ -219,12 +220,12 @@ export function newValue(present, change) {
 
 /** `present`: before the correction; `next`: after it, once it was entered. @typedef {{ correction: string, present: string, next: string }} Present */
 
-/** The value on the machine before a correction: of another correction, the value after it. @param {Present | undefined} kept @param {string} correction */
+/** Returns the value on the machine before a correction: after another correction, its new value. @param {Present | undefined} kept @param {string} correction */
 export const presentOf = (kept, correction) => (kept?.correction === correction ? kept.present : kept?.next) ?? "";
 
 /**
- * Whether the value that is kept is not of the time before a correction: of a later one, or of another one although this
- * one was entered. Ids of corrections grow with time.
+ * Returns true if a stored value belongs to another time than before this correction: to a later
+ * correction, or to another one although this one was entered. IDs of corrections grow with time.
  * @param {Present | undefined} kept @param {string} correction @param {boolean} entered
  */
 export const isSuperseded = (kept, correction, entered) =>

@@ -43,7 +43,7 @@ function cell(value, locale) {
   if (typeof value === "boolean") return value ? WAYS[locale].yes : WAYS[locale].no;
   // soft hyphens are not part of the text
   const text = typeof value === "string" ? value.replaceAll("\u00ad", "") : interval(value, locale);
-  // a spreadsheet would compute what begins so
+  // a spreadsheet would evaluate such a text as a formula
   const safe = typeof value === "string" && /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
   return safe.includes(WAYS[locale].separator) || /["\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
 }
@@ -51,7 +51,7 @@ function cell(value, locale) {
 /** @param {readonly number[]} ends @param {Locale} locale */
 const interval = (ends, locale) => ends.map((end) => number(end, locale)).join(" … ");
 
-/** Hands a text to the browser as a file. @param {string} name @param {string | Blob} content @param {string} [type] */
+/** Offers a text as a file to save. @param {string} name @param {string | Blob} content @param {string} [type] */
 export function download(name, content, type = "text/csv;charset=utf-8") {
   const blob = typeof content === "string" ? new Blob([content], { type }) : content;
   const link = document.createElement("a");

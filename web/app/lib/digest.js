@@ -1,8 +1,8 @@
-// Short digests that tell contents apart, where the browser's own need a secure origin. Pure.
+// Short digests that distinguish contents; the browser's own need a secure origin. Pure.
 
 /**
- * Of a text or of bytes. Two contents of one digest are as rare as one in 2⁵³; should a request ever go out under the key
- * of another, the server refuses it, for it knows the body.
+ * Digests a text or bytes. Collisions are as rare as one in 2⁵³; should a request ever reuse a key,
+ * the server refuses it, since it knows the body.
  * @param {string | Uint8Array} content
  */
 export function digestOf(content) {

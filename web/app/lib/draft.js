@@ -1,9 +1,9 @@
-// What was typed into a form, kept while the tab lives: going away and back, or a reload, loses none of it.
+// Form input, kept while the tab lives: leaving and returning, or a reload, loses none of it.
 
 import { useState } from "../../vendor/ui.js";
 
 /**
- * A value that is kept in this tab under a name, until it has been sent and is forgotten.
+ * Returns a value kept in this tab under a name, until it has been sent and is forgotten.
  * @template Value
  * @param {string} name @param {() => Value} begin what it is before anything was typed
  * @param {boolean} [lasting] kept in this browser, beyond the tab
@@ -19,7 +19,7 @@ export function useDraft(name, begin, lasting = false) {
     try {
       store().setItem(place, JSON.stringify(next));
     } catch {
-      // a full store loses only what outlives the page
+      // a full store loses only persistence over reloads
     }
   };
   const forget = () => {
@@ -27,7 +27,7 @@ export function useDraft(name, begin, lasting = false) {
     try {
       store().removeItem(place);
     } catch {
-      // nothing was kept
+      // no stored draft
     }
   };
   return [value, take, forget];

@@ -3,7 +3,7 @@
 /** @typedef {{ id: string, event: string, data: string }} ServerEvent */
 
 /**
- * A reader: each piece gives the events that it completes.
+ * Returns a reader: each piece yields the events that it completes.
  * @returns {(piece: string) => ServerEvent[]}
  */
 export function eventReader() {
@@ -12,7 +12,7 @@ export function eventReader() {
   /** @type {string[]} */
   let data = [];
   let event = "";
-  // the id stays until another is told
+  // the ID stays until another one is given
   let id = "";
 
   /** @param {string} line @param {ServerEvent[]} complete */
@@ -42,7 +42,7 @@ export function eventReader() {
     const complete = [];
     for (;;) {
       const end = /\r\n|\n|\r/.exec(rest);
-      // a carriage return at the end may be half of a line's end
+      // a carriage return at the end may be half of a line break
       if (!end || (end[0] === "\r" && end.index === rest.length - 1)) return complete;
       take(rest.slice(0, end.index), complete);
       rest = rest.slice(end.index + end[0].length);
@@ -50,7 +50,7 @@ export function eventReader() {
   };
 }
 
-/** The events that each piece of a body completes. @param {ReadableStream<Uint8Array>} body */
+/** Yields the events that each piece of a body completes. @param {ReadableStream<Uint8Array>} body */
 export async function* eventsOf(body) {
   const reader = body.getReader();
   const decoder = new TextDecoder();

@@ -9,19 +9,19 @@ import { micrometres, MICROMETRES } from "./units.js";
 
 /** Members of a fit that mean the same for a surface over roll length and face width in mm. */
 const SHARED = ["scaling", "estimator", "errors", "level"];
-/** Those that do not change which surface is fitted, or are converted. */
+/** Members that do not affect the fitted surface, or are converted. */
 const READ = ["nodes", "model", "include", "flank", "tooth", "axes", "regularization", "noise_sigma", "accept_units"];
 /** Regularisations without values of single coefficients. */
 const PLAIN = ["none", "spectral", "ridge"];
 
-/** Whether nodes lie over roll length, roll angle or diameter and face width, with heights in a known unit. @param {Nodes} nodes @param {Axes | undefined} axes */
+/** Returns true if nodes lie over roll length, roll angle or diameter and face width, with heights in a known unit. @param {Nodes} nodes @param {Axes | undefined} axes */
 export function isOverFlank(nodes, axes) {
   const across = axes?.v?.quantity === "face_width" && MICROMETRES[axes.v.unit ?? ""] !== undefined;
   const surface = nodes.type === "grid" || nodes.type === "scattered";
   return surface && across && profileOf(axes?.u) !== undefined && micrometres(axes) !== undefined;
 }
 
-/** Whether a fit has what the request cannot have, such as filters or unequal weights. @param {Nodes} nodes @param {Axes | undefined} axes @param {Record<string, unknown>} spec */
+/** Returns true if a fit has what the request does not support, such as filters or unequal weights. @param {Nodes} nodes @param {Axes | undefined} axes @param {Record<string, unknown>} spec */
 export function hasMore(nodes, axes, spec) {
   const { type = "spectral" } = /** @type {{ type?: string }} */ (spec["regularization"] ?? {});
   const known = Object.keys(spec).every((name) => SHARED.includes(name) || READ.includes(name));
@@ -31,7 +31,8 @@ export function hasMore(nodes, axes, spec) {
 }
 
 /**
- * The request; none where the axes are no flank's, or where the fit has conditions that the request cannot have.
+ * Returns the request; undefined if the axes are no flank's, or if the fit has conditions that the
+ * request does not support.
  * @param {Nodes} nodes
  * @param {{ axes: Axes | undefined, flank: "left" | "right", gear: Gear, spec: Record<string, unknown> }} of
  * @returns {FlankSurfaceRequest | undefined}
@@ -75,7 +76,7 @@ function profileOf(axis) {
   return { axis: axis.quantity, factor: length / 1000 };
 }
 
-/** Whether a model is the surface of second order itself, so that its fit has the same figures. @param {unknown} model */
+/** Returns true if a model is the surface of second order itself, so that its fit has the same figures. @param {unknown} model */
 export function isSecondOrder(model) {
   const { type, degree, terms } = /** @type {{ type?: string, degree?: number | number[], terms?: string }} */ (
     model ?? {}

@@ -1,19 +1,19 @@
-// Numbers, times and counts as a reader of one language writes them. Pure functions of the
-// language; `i18n/i18n.js` has those of the language that is chosen.
+// Numbers, times and counts as readers of a language write them. Pure functions of the language;
+// `i18n/i18n.js` has those of the chosen language.
 
-/** What stands for a value that is absent. */
+/** The sign for an absent value. */
 export const ABSENT = "–";
 const MINUS = "\u2212";
 const NARROW = "\u202f";
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
-/** As words stand at the head of a chart or of an axis. @param {string} words */
+/** Capitalises a text for the head of a chart or of an axis. @param {string} words */
 export const capital = (words) => words.charAt(0).toUpperCase() + words.slice(1);
 
 /** @typedef {"en" | "de"} Locale */
 /** @typedef {number | null | undefined} Maybe */
 
-/** The locale that dates are written by. @param {Locale} locale */
+/** The locale of dates. @param {Locale} locale */
 const dateLocale = (locale) => (locale === "de" ? "de-DE" : "en-GB");
 
 /** @param {Locale} locale */
@@ -27,12 +27,12 @@ export function formats(locale) {
   const times = new Intl.DateTimeFormat(dateLocale(locale), { dateStyle: "medium", timeStyle: "short" });
   const clock = new Intl.DateTimeFormat(dateLocale(locale), { timeStyle: "medium" });
 
-  /** So many decimals. @param {Maybe} value @param {number} decimals */
+  /** Formats with so many decimals. @param {Maybe} value @param {number} decimals */
   function fixed(value, decimals) {
     return isNumber(value) ? local(rounded(value, decimals)) : ABSENT;
   }
 
-  /** So many significant digits; very large and very small ones with a power of ten. @param {Maybe} value @param {number} digits */
+  /** Formats with so many significant digits; very large and very small numbers with a power of ten. @param {Maybe} value @param {number} digits */
   function significant(value, digits) {
     if (!isNumber(value)) return ABSENT;
     if (value === 0) return "0";
@@ -43,11 +43,11 @@ export function formats(locale) {
   }
 
   /**
-   * A value to the second digit of its standard error: `7.74 ± 0.52 µm/mm`.
+   * Formats a value to the second digit of its standard error: `7.74 ± 0.52 µm/mm`.
    * @param {Maybe} value @param {Maybe} error @param {string} [unit]
    */
   function withError(value, error, unit) {
-    // the sign of an angle stands at its number
+    // the sign of an angle is joined to its number
     const end = unit ? `${"′°".includes(unit) ? "" : NARROW}${unit}` : "";
     if (!isNumber(value)) return ABSENT;
     if (!isNumber(error) || !(error > 0)) return significant(value, 3) + end;
@@ -61,8 +61,8 @@ export function formats(locale) {
   }
 
   /**
-   * A deviation: to the second digit of a standard error where there is one that it goes with, else
-   * in µm to one decimal, in mm to three, in other units to four digits. The unit is not written.
+   * Formats a deviation: to the second digit of its standard error if there is one, else in µm to
+   * one decimal, in mm to three, in other units to four digits. Without the unit.
    * @param {Maybe} value @param {string | undefined} unit @param {Maybe} [error]
    */
   function deviation(value, unit, error) {
@@ -73,8 +73,8 @@ export function formats(locale) {
   }
 
   /**
-   * A value that is read against a scale or an axis: to a tenth of the leading digit of `size`, and at least to 0.1 µm,
-   * in mm to 1 µm; in other units to four digits of `size`. The unit is not written.
+   * Formats a value of a scale or an axis: to a tenth of the leading digit of `size`, and at least
+   * to 0.1 µm, in mm to 1 µm; in other units to four digits of `size`. Without the unit.
    * @param {Maybe} value @param {number} size the limit of the scale or the width of the axis @param {string | undefined} unit
    */
   function onScale(value, size, unit) {
@@ -85,7 +85,7 @@ export function formats(locale) {
   }
 
   /**
-   * An interval, to the second digit of the standard error that it is of: `0.64 … 0.77`.
+   * Formats an interval, to the second digit of its standard error: `0.64 … 0.77`.
    * @param {readonly number[] | null | undefined} ends @param {Maybe} error @param {string} [unit]
    */
   function interval(ends, error, unit) {
@@ -127,13 +127,14 @@ export function formats(locale) {
     time: (time) => dated(time, times),
     /** @param {string | number | Date | null | undefined} time */
     clock: (time) => dated(time, clock),
-    /** What a field for numbers begins with: all digits, the language's comma. @param {Maybe} value */
+    /** Formats the initial text of a number field: all digits, the language's decimal sign. @param {Maybe} value */
     input: (value) => (isNumber(value) ? typed(value).replace(".", comma) : ""),
   };
 }
 
 /**
- * Reads a number with a decimal point or comma. None for an empty text; NaN for what is none.
+ * Reads a number with a decimal point or comma. Undefined for an empty text; NaN if it is not a
+ * number.
  * @param {string} text @returns {number | undefined}
  */
 export function parseNumber(text) {
@@ -142,7 +143,7 @@ export function parseNumber(text) {
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : Number.NaN;
 }
 
-/** All digits; small ones by a power of ten, which fields take too. @param {number} value */
+/** Formats all digits; small numbers with a power of ten, which fields accept, too. @param {number} value */
 function typed(value) {
   return value !== 0 && Math.abs(value) < 1e-3 ? value.toExponential() : String(value);
 }
@@ -152,7 +153,7 @@ function isNumber(value) {
   return typeof value === "number" && Number.isFinite(value);
 }
 
-/** The decimal place of an error's second digit, once it has been rounded to two. @param {number} error */
+/** Returns the decimal place of an error's second digit, once it has been rounded to two. @param {number} error */
 function placeOf(error) {
   return Number(error.toExponential(1).split("e")[1]) - 1;
 }
@@ -162,14 +163,14 @@ function exponentOf(value) {
   return value === 0 ? Number.NEGATIVE_INFINITY : Math.floor(Math.log10(Math.abs(value)));
 }
 
-/** As `toFixed`, and to places before the decimal mark too. @param {number} value @param {number} decimals */
+/** Rounds as `toFixed`, also to places before the decimal sign. @param {number} value @param {number} decimals */
 function rounded(value, decimals) {
   if (decimals >= 0) return value.toFixed(Math.min(decimals, 100));
   const unit = 10 ** -decimals;
   return (Math.round(value / unit) * unit).toFixed(0);
 }
 
-/** An exponent in raised digits. @param {number} exponent */
+/** Formats an exponent in superscript digits. @param {number} exponent */
 export function superscript(exponent) {
   const digits = [...String(Math.abs(exponent))].map((digit) => SUPERSCRIPTS[Number(digit)]).join("");
   return exponent < 0 ? `⁻${digits}` : digits;

@@ -1,4 +1,4 @@
-// The form of a gear: texts as they are typed, and the gear that they say. Pure.
+// The form of a gear: texts as they are typed, and the gear they describe. Pure.
 
 import { parseNumber } from "./format.js";
 
@@ -23,7 +23,7 @@ export const FIELDS = /** @type {const} */ ({
 });
 
 /**
- * What a form shows of a gear; numbers as `write` writes them.
+ * Returns the form of a gear; numbers as `write` formats them.
  * @param {Gear | undefined} gear @param {(value: number) => string} write
  * @returns {GearForm}
  */
@@ -37,7 +37,7 @@ export function formOf(gear, write) {
 }
 
 /**
- * The gear of a form, unless something of it cannot be read.
+ * Returns the gear of a form, or its errors.
  * @param {GearForm} form
  * @returns {{ gear: Gear, faults?: undefined } | { gear?: undefined, faults: GearFaults }}
  */
@@ -80,7 +80,7 @@ function valueAt(root, pointer) {
 }
 
 /**
- * Tags of lines `name = value`.
+ * Reads tags from lines `name = value`.
  * @param {string} text @returns {Record<string, string> | undefined} none where a line is no tag
  */
 export function tagsOf(text) {

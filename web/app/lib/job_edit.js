@@ -1,5 +1,5 @@
-// A job as it is edited: its fields as typed, what was changed of them, and the same changes made
-// to a version that somebody else has stored meanwhile. Pure.
+// A job as it is edited: its fields as typed, the changes, and the same changes made to a version
+// that somebody else has stored meanwhile. Pure.
 
 import { formOf, gearOf, tagLines, tagsOf } from "./gear_form.js";
 import { requirementsForm, requirementsOf, requirementsRebased } from "./requirements.js";
@@ -31,8 +31,7 @@ export function editOf(job, write) {
 }
 
 /**
- * What the user has changed; an empty object where it is nothing, none where something of the form
- * cannot be read.
+ * Returns the user's changes; an empty object without changes, undefined if the form is invalid.
  * @param {JobEdit} mine @param {JobEdit} from what the form began with @returns {JobPatch | undefined}
  */
 export function patchOf(mine, from) {
@@ -63,8 +62,8 @@ export function patchOf(mine, from) {
 }
 
 /**
- * The changes from `from` to `mine`, made to `theirs`: fields, tags and gear data that were not
- * touched are as they are there.
+ * Applies the changes from `from` to `mine` to `theirs`: unchanged fields, tags and gear data stay
+ * as they are there.
  * @param {JobEdit} mine @param {JobEdit} from @param {JobEdit} theirs @returns {JobEdit}
  */
 export function rebased(mine, from, theirs) {

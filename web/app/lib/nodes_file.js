@@ -1,5 +1,5 @@
-// Nodes as a text: JSON (nodes alone, or a request with them). Pure. What a number may be is the server's
-// to say, which also reads tables; here only as much is read as is drawn and counted.
+// Nodes as a text: JSON (nodes alone, or a request with them). Pure. The server validates, and
+// reads tables; here only the drawn and counted data is read.
 
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {Record<string, unknown>} Fields */
@@ -25,12 +25,12 @@ export function readNodes(given) {
   return ofJson(text);
 }
 
-/** Whether a text is JSON; anything else is a table, which may begin with a block `[A]`. @param {string} text */
+/** Returns true if a text is JSON; anything else is a table, which may begin with a block `[A]`. @param {string} text */
 export function isJson(text) {
   return /^\uFEFF?\s*(\{|\[\s*[[{"\d\-\]])/.test(text);
 }
 
-/** A table that the server has read, as a text of JSON. @param {import("./nodes_table.js").Proposal} proposal */
+/** Returns a table that the server has read as JSON. @param {import("./nodes_table.js").Proposal} proposal */
 export function textOfTable({ read, axes, flanks }) {
   const [first] = flanks ?? [];
   const { flank, tooth } = first ?? {};
@@ -84,7 +84,7 @@ function counted({ type, z, y, valid }) {
 const list = (value) => (Array.isArray(value) ? value : []);
 
 /**
- * The spec of a fit: what the file says, and what was chosen beside it.
+ * Returns the spec of a fit: the file's own with the choices made here.
  * @param {NodesFile} file @param {{ degree?: string | undefined, by?: string | undefined }} chosen
  * @returns {Fields}
  */

@@ -1,4 +1,4 @@
-// Tables of nodes and points, as the server reads them: it has the one reader.
+// Tables of nodes and points, read by the server.
 
 import { answer, api } from "../api/client.js";
 
@@ -7,7 +7,7 @@ import { answer, api } from "../api/client.js";
 /** @typedef {import("../api/client.js").Schema<"TableMeaning">} Meaning */
 /** @typedef {import("../api/client.js").Schema<"TableUnit">} Unit */
 
-/** Meanings that can be chosen, and the units of each. */
+/** Selectable meanings, and the units of each. */
 export const UNITS_OF = /** @type {const} */ ({
   roll_length: ["mm", "um", "in"],
   diameter: ["mm", "um", "in"],
@@ -31,7 +31,7 @@ export const UNITS_OF = /** @type {const} */ ({
 });
 
 /**
- * What a table is taken for, with the nodes of its first flank.
+ * Returns the server's interpretation of a table, with the nodes of its first flank.
  * @param {Blob} file @param {Mapping | undefined} mapping @returns {Promise<Proposal>}
  */
 export async function readTable(file, mapping) {
@@ -48,14 +48,14 @@ export async function readTable(file, mapping) {
   return data;
 }
 
-/** What of a proposal is a mapping. @param {Proposal} proposal @returns {Mapping} */
+/** Returns the mapping of a proposal. @param {Proposal} proposal @returns {Mapping} */
 export function mappingOf({ separator, decimal, header, matrix, columns }) {
   return { separator, decimal, header, matrix, columns };
 }
 
 /**
- * The mapping with another meaning or unit of a column. A unit that does not belong to the meaning is left out; another
- * column of the same meaning is ignored.
+ * Returns the mapping with another meaning or unit of a column. A unit that does not belong to the
+ * meaning is dropped; another column of the same meaning is ignored.
  * @param {Mapping} mapping @param {number} at @param {{ meaning?: Meaning, unit?: Unit }} change @returns {Mapping}
  */
 export function withColumn(mapping, at, change) {
@@ -74,7 +74,7 @@ export function withColumn(mapping, at, change) {
   return { ...mapping, columns };
 }
 
-/** Whether the columns say what the places and heights are of a flank. @param {Proposal | undefined} proposal */
+/** Returns true if the columns name the places and heights of a flank. @param {Proposal | undefined} proposal */
 export function namesAxes(proposal) {
   return proposal?.axes?.z !== undefined || proposal?.axes?.y !== undefined;
 }

@@ -1,4 +1,4 @@
-// What a job asks of its flanks, and the form of that: texts as they are typed. Pure.
+// The requirements of a job, and their form: texts as they are typed. Pure.
 
 import { parseNumber } from "./format.js";
 
@@ -39,7 +39,7 @@ export const FIGURES = /** @type {const} */ ([
   { name: "helix_total", symbol: "F_β" },
 ]);
 
-/** What is measured all around the gear. */
+/** Figures measured around the whole gear. */
 export const PITCH_FIGURES = /** @type {const} */ ([
   { name: "single_pitch", symbol: "f_p" },
   { name: "cumulative_pitch", symbol: "F_p" },
@@ -47,7 +47,7 @@ export const PITCH_FIGURES = /** @type {const} */ ([
 ]);
 export const ALL_FIGURES = [...FIGURES, ...PITCH_FIGURES];
 
-/** Those that the surface of a fit has too. */
+/** Figures that the surface of a fit has, too. */
 export const SURFACE_FIGURES = FIGURES.slice(0, 5).map(
   ({ name, symbol }) => /** @type {{ name: SurfaceFigure, symbol: string }} */ ({ name, symbol }),
 );
@@ -55,7 +55,7 @@ export const SURFACE_FIGURES = FIGURES.slice(0, 5).map(
 
 export const SIDES = /** @type {const} */ (["both", "left", "right"]);
 
-/** Whose limits a figure has: the run-out is of both flanks. @param {FigureName} name */
+/** Returns the sides of a figure's limits: the run-out belongs to both flanks. @param {FigureName} name */
 export const sidesOf = (name) => (name === "runout" ? SIDES.slice(0, 1) : SIDES);
 
 /** @param {FigureName} name */
@@ -64,7 +64,7 @@ const group = (name) =>
     ? /** @type {const} */ ("pitch_limits")
     : /** @type {const} */ ("tolerance_limits");
 
-/** Where a limit stands in a request, as a JSON Pointer. @param {Side} side @param {FigureName} name */
+/** Returns the JSON Pointer of a limit in a request. @param {Side} side @param {FigureName} name */
 export const limitPointer = (side, name) =>
   `/requirements/${group(name)}${side === "both" ? "" : `/${side}`}/${name}_um`;
 
@@ -74,10 +74,10 @@ export const designPointer = (name) => `/requirements/design/${name}_um`;
 /** Key of a figure of the design in the form. @param {SurfaceFigure} name */
 export const designPlace = (name) => `design ${name}`;
 
-/** Where a limit stands in the form. @param {Side} side @param {FigureName} name @param {0 | 1} end */
+/** Returns the key of a limit in the form. @param {Side} side @param {FigureName} name @param {0 | 1} end */
 export const placeOf = (side, name, end) => `${side} ${name} ${end}`;
 
-/** The limits of one figure, as they were asked for. @param {Requirements | undefined} requirements @param {Side} side @param {FigureName} name */
+/** Returns the required limits of one figure. @param {Requirements | undefined} requirements @param {Side} side @param {FigureName} name */
 export function limitsOf(requirements, side, name) {
   const all = /** @type {Limits & { left?: Limits, right?: Limits } | undefined} */ (requirements?.[group(name)]);
   const of = side === "both" ? all : all?.[side];
@@ -86,7 +86,8 @@ export function limitsOf(requirements, side, name) {
 }
 
 /**
- * What is asked of a figure of a flank: its own limits, those of both flanks, or the tolerance of the class.
+ * Returns the required limits of a figure of a flank: its own, those of both flanks, or the
+ * tolerance of the class.
  * @param {Requirements | undefined} requirements @param {"left" | "right" | undefined} flank @param {SurfaceFigure} name
  * @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances of the class that is asked for
  * @returns {readonly number[] | undefined}
@@ -149,7 +150,8 @@ export function requirementsForm(requirements, write) {
 }
 
 /**
- * The requirements of a form; none where it says nothing. Faults by `placeOf` of the lower end, or by `bandPlace`.
+ * Returns the requirements of a form, if there are any. Errors by `placeOf` of the lower end, or by
+ * `bandPlace`.
  * @param {RequirementsForm} form @returns {{ requirements: Requirements | undefined, faults: Record<string, Fault> }}
  */
 export function requirementsOf(form) {
@@ -180,7 +182,7 @@ export function requirementsOf(form) {
 }
 
 /**
- * The limits of some figures as they are sent; none where there are none.
+ * Returns the limits of some figures for a request, if there are any.
  * @param {RequirementsForm} form @param {string | undefined} of their class @param {readonly { name: FigureName }[]} figures
  * @param {Record<string, Fault>} faults to which those found are added @returns {Record<string, unknown> | undefined}
  */
@@ -214,7 +216,7 @@ function endsOf({ limits }, side, name) {
 }
 
 /**
- * Points as lines `place deviation`, places ascending; none where they are no line.
+ * Reads points from lines `place deviation`, places ascending; undefined if they are no line.
  * @param {string} text @returns {number[][] | undefined}
  */
 export function pointsOf(text) {
@@ -235,7 +237,7 @@ export function pointsOf(text) {
 const isNumber = (value) => value !== undefined && Number.isFinite(value);
 
 /**
- * The design of a form: its figures of both flanks, and the members without fields in the form.
+ * Returns the design of a form: its figures of both flanks, and the members without fields.
  * @param {RequirementsForm} form @param {Record<string, Fault>} faults
  */
 function designIn(form, faults) {
@@ -251,7 +253,7 @@ function designIn(form, faults) {
 }
 
 /**
- * The changes from one form to another, made to a third.
+ * Applies the changes from one form to another to a third.
  * @param {RequirementsForm} mine @param {RequirementsForm} from @param {RequirementsForm} theirs @returns {RequirementsForm}
  */
 export function requirementsRebased(mine, from, theirs) {
@@ -281,7 +283,7 @@ export function requirementsRebased(mine, from, theirs) {
   };
 }
 
-/** The height of a line at a place; none beyond its ends. @param {readonly number[][]} points @param {number} x */
+/** Returns the height of a line at a place; undefined outside its ends. @param {readonly number[][]} points @param {number} x */
 export function heightAt(points, x) {
   const i = points.findLastIndex(([at = 0]) => at <= x);
   const [from, to] = [points[i], points[i + 1]];

@@ -1,4 +1,4 @@
-// Over which values an estimate is drawn with all that is known of it. Pure.
+// The range over which an estimate is drawn with its interval and bounds. Pure.
 
 /** @typedef {number | null | undefined} Maybe */
 /**
@@ -21,7 +21,7 @@ function reach({ value, error, interval, bias, leastSquares }) {
 }
 
 /**
- * From the least to the greatest that is drawn, and 0 where it is near.
+ * Returns the range from the least to the greatest drawn value, and 0 if it is near.
  * @param {readonly Estimate[]} estimates @param {readonly (readonly number[] | null | undefined)[]} [limits]
  * @returns {[number, number]}
  */
@@ -37,7 +37,7 @@ export function stripDomain(estimates, limits = []) {
 }
 
 /**
- * A coefficient or a figure as the interface tells it.
+ * Converts a coefficient or a figure of the interface.
  * @param {{ value: number, std_error?: Maybe, interval?: readonly number[] | null, bias_bound?: Maybe, least_squares?: Maybe,
  *   least_squares_std_error?: Maybe }} told
  * @returns {Estimate}

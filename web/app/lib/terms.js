@@ -1,6 +1,6 @@
-// Terms of models as they are written by hand. Pure.
+// Terms of models in mathematical notation. Pure.
 
-/** `u^2*v` as it is written by hand. @param {string | null | undefined} term */
+/** Formats `u^2*v` in mathematical notation. @param {string | null | undefined} term */
 export function termSign(term) {
   const raised = /** @type {Record<string, string>} */ ({
     2: "²",

@@ -1,4 +1,4 @@
-// A flank as its figures make it, small: the surface of second order that has them. Pure.
+// A small picture of a flank from its figures: the surface of second order that has them. Pure.
 
 import { deviationColour, niceAbove } from "./colour.js";
 
@@ -9,8 +9,9 @@ import { deviationColour, niceAbove } from "./colour.js";
 export const [COLUMNS, ROWS] = [24, 12];
 
 /**
- * Material at a place of the flank, µm. `u` runs from −1 at the root to 1 at the tip, `v` from −1 at face I to 1 at face II.
- * A helix that deviates towards the right hand has more material at face II on left flanks, and less on right ones.
+ * Returns the material at a place of the flank, µm. `u` runs from −1 at the root to 1 at the tip,
+ * `v` from −1 at face I to 1 at face II. A helix that deviates to the right hand has more material
+ * at face II on left flanks, and less on right ones.
  * @param {Flank} of @param {number} u @param {number} v
  */
 export function materialAt({ figures = {}, flank }, u, v) {
@@ -22,7 +23,7 @@ export function materialAt({ figures = {}, flank }, u, v) {
   return slopes + crownings + (of("twist") * u * along) / 4 - (2 / 3) * (of("profile_crowning") + of("helix_crowning"));
 }
 
-/** All heights, rows from the tip down, face I left. @param {Flank} flank */
+/** Returns all heights, rows from the tip down, face I left. @param {Flank} flank */
 export function heightsOf(flank) {
   const centre = (/** @type {number} */ i, /** @type {number} */ n) => (2 * (i + 0.5)) / n - 1;
   return Array.from({ length: ROWS * COLUMNS }, (_, i) =>
@@ -30,14 +31,14 @@ export function heightsOf(flank) {
   );
 }
 
-/** One scale for several flanks: ± what holds all of them. @param {readonly Flank[]} all */
+/** Returns one scale for several flanks: ± the greatest height. @param {readonly Flank[]} all */
 export function commonLimit(all) {
   return niceAbove(
     Math.max(0, ...all.flatMap((flank) => (flank.figures ? heightsOf(flank).map((one) => Math.abs(one)) : []))),
   );
 }
 
-/** Its pixels, as a canvas takes them. @param {Flank} flank @param {number} limit */
+/** Returns its pixels, for a canvas. @param {Flank} flank @param {number} limit */
 export function pixelsOf(flank, limit) {
   const pixels = new Uint8ClampedArray(4 * ROWS * COLUMNS);
   for (const [i, height] of heightsOf(flank).entries()) pixels.set([...deviationColour(height, limit), 255], 4 * i);

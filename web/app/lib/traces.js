@@ -35,13 +35,13 @@ function baseRadius(gear) {
   return (diameter * Math.cos(Math.atan(Math.tan(alpha) / Math.cos(beta)))) / 2;
 }
 
-/** The roll length at a diameter. @param {Gear} gear @param {number} diameter */
+/** Returns the roll length at a diameter. @param {Gear} gear @param {number} diameter */
 export function rollLength(gear, diameter) {
   return Math.sqrt(Math.max(0, (diameter / 2) ** 2 - baseRadius(gear) ** 2));
 }
 
 /**
- * What transverse heights of material are multiplied with to be deviations as they were posted.
+ * Returns the factor from transverse heights of material to posted deviations.
  * @param {EvaluationSettings} settings @param {GearTrace} trace @param {Gear} gear
  */
 export function asPosted({ sign = "din", deviation_sign, direction = "transverse" }, { kind, flank }, gear) {
@@ -81,7 +81,8 @@ const designOf = (trace, evaluated) => evaluated.design_um ?? trace.design_um;
 const PARABOLA_STEPS = 24;
 
 /**
- * A mean line by its ends, or a mean parabola by its ends and its middle, drawn over the design line.
+ * Returns a mean line by its ends, or a mean parabola by its ends and its middle, drawn over the
+ * design line.
  * @param {readonly number[]} heights @param {readonly [number, number]} range @param {readonly Sample[]} samples @returns {Point[]}
  */
 function aboutDesign(heights, [low, high], samples) {
@@ -100,7 +101,7 @@ function aboutDesign(heights, [low, high], samples) {
   return places.map((at) => ({ at, value: height(at) + (plain ? 0 : (heightAt(design, at) ?? 0)) }));
 }
 
-/** The band that hangs from the highest point within the range: how far its upper edge is above the design. @param {Sheet} sheet */
+/** Returns the band that hangs from the highest point within the range: the distance of its upper edge from the design. @param {Sheet} sheet */
 export function highest({ samples }) {
   const heights = samples.flatMap(({ value, design, inside }) => (value === null || !inside ? [] : [value - design]));
   return heights.length > 0 ? Math.max(...heights) : undefined;
@@ -120,7 +121,7 @@ export function hangingBand(sheet, width) {
 }
 
 /**
- * The bands that a trace was held against, shifted to where they take it best.
+ * Returns the required bands of a trace, shifted to fit it best.
  * @param {Sheet} sheet @param {GearTrace} trace @param {EvaluatedTrace} evaluated @param {EvaluationSettings} settings @param {Gear} gear
  * @returns {DrawnBand[]}
  */
@@ -152,13 +153,13 @@ export function requiredBands(sheet, trace, evaluated, settings, gear) {
   });
 }
 
-/** A place of a band as charts have it: roll lengths, or z. @param {KBand} band @param {Gear} gear @param {number} at */
+/** Returns a place of a band in the unit of charts: roll lengths, or z. @param {KBand} band @param {Gear} gear @param {number} at */
 function placeOf({ kind, profile_axis: axis }, gear, at) {
   if (kind === "helix" || axis === undefined || axis === "roll_length") return at;
   return axis === "diameter" ? rollLength(gear, at) : baseRadius(gear) * radians(at, 0);
 }
 
-/** By how much a sample lies outside of a band: below 0 beneath it; 0 within. @param {Sample} sample @param {DrawnBand["limits"][number] | undefined} limits */
+/** Returns the distance of a sample from a band: negative below it; 0 within. @param {Sample} sample @param {DrawnBand["limits"][number] | undefined} limits */
 export function outsideBy({ value }, limits) {
   if (value === null || !limits) return 0;
   if (limits.low !== undefined && value < limits.low - 1e-9) return value - limits.low;
@@ -167,7 +168,7 @@ export function outsideBy({ value }, limits) {
 
 const STEPS = [1, 10, 100, 1000, 10000].flatMap((power) => [1, 2, 3, 4, 5, 8].map((step) => step * power));
 
-/** The greatest usual magnification at which a length still fits. @param {number} size mm @param {number} room mm */
+/** Returns the greatest usual magnification at which a length still fits. @param {number} size mm @param {number} room mm */
 export function magnification(size, room) {
   return STEPS.findLast((step) => step * size <= room) ?? 1;
 }

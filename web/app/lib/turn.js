@@ -1,4 +1,4 @@
-/** A turn of the page's other work: timers wait 4 ms for nothing, and not every browser has `scheduler.yield`. */
+/** Yields to the page's other work: timers wait 4 ms for nothing, and not every browser has `scheduler.yield`. */
 export function turn() {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();

@@ -4,14 +4,14 @@
 
 const SIGNS = /** @type {Record<string, string>} */ ({ um: "µm", mm: "mm", deg: "°", arcmin: "′", rad: "rad" });
 
-/** How a unit is written, which is data; none where nothing was said of it. @param {string | null | undefined} unit */
+/** Returns a unit as it is written, which is data; undefined if none was given. @param {string | null | undefined} unit */
 export function unitSign(unit) {
   return unit ? (SIGNS[unit] ?? unit) : undefined;
 }
 
 /** @typedef {"um" | "mm" | "nm" | "in"} Unit */
 
-/** Micrometres in a unit of length; units that testers write most come first. */
+/** Micrometres in a unit of length; the most common units of testers come first. */
 export const MICROMETRES =
   /** @type {Readonly<Record<Unit, number>> & Readonly<Record<string, number | undefined>>} */ ({
     um: 1,
@@ -20,7 +20,7 @@ export const MICROMETRES =
     in: 25_400,
   });
 
-/** Heights times this are µm of material that stands out; none where their unit is the caller's own. @param {Axes | null | undefined} axes */
+/** Returns the factor from heights to µm of excess material; undefined for a unit of the caller's own. @param {Axes | null | undefined} axes */
 export function micrometres(axes) {
   const height = axes?.z ?? axes?.y;
   const factor = MICROMETRES[height?.unit ?? ""];

@@ -2,7 +2,7 @@
 
 /** @typedef {{ code: string, message: string }} Warning */
 
-/** Each warning once, with how often it is said. @param {readonly Warning[]} warnings */
+/** Returns each warning once, with its count. @param {readonly Warning[]} warnings */
 export function counted(warnings) {
   /** @type {Map<string, { warning: Warning, times: number }>} */
   const all = new Map();
@@ -13,11 +13,12 @@ export function counted(warnings) {
   return [...all].map(([key, one]) => ({ key, ...one }));
 }
 
-/** A message as a reader reads it: names without the quotes of code, numbers without the noise of their last decimals. @param {string} message */
+/** Formats a message for reading: names without the quotes of code, numbers without the noise of their last decimals. @param {string} message */
 export const plain = (message) => message.replaceAll("`", "").replace(/(\d+)\.(\d+)/g, shortened);
 
 /**
- * More than 8 decimals are rounded to 6, without zeros at their end; zeros before the first digit do not count.
+ * Rounds more than 8 decimals to 6, without zeros at their end; zeros before the first digit do not
+ * count.
  * @param {string} number @param {string} whole @param {string} decimals
  */
 function shortened(number, whole, decimals) {

@@ -1,4 +1,5 @@
-// What a table is taken for: its columns with meanings and units that can be changed, and what that means in words.
+// The interpretation of a table: its columns with meanings and units that can be changed, and the
+// result in words.
 
 import { SelectField } from "../components/form.js";
 import { WarningList } from "../components/warnings.js";
@@ -65,14 +66,14 @@ export function Columns({ proposal, name, onMapping, disabled }) {
   </fieldset>`;
 }
 
-/** How the table is written. @param {Proposal} proposal */
+/** The format of the table. @param {Proposal} proposal */
 function written({ separator, decimal, header, matrix }) {
   const names = { ",": t.commas, ";": t.semicolons, tab: t.tab, spaces: t.spaces };
   const decimals = decimal === "," ? t.decimalCommas : t.decimalPoints;
   return t.written(names[separator], decimals, matrix ? t.asMatrix : header ? t.withHeader : t.withoutHeader);
 }
 
-/** What the numbers mean as they are read: "Greatest deviation 20.8 µm, roll length 5.9–11.4 mm." @param {Proposal} proposal */
+/** The meaning of the numbers: "Greatest deviation 20.8 µm, roll length 5.9–11.4 mm." @param {Proposal} proposal */
 export function inWords({ preview, layout }) {
   if (!layout) return undefined;
   const parts = preview.ranges

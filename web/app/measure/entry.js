@@ -1,4 +1,4 @@
-// One file of the queue: what is in it, its map, what the server said of it.
+// One file of the queue: its contents, its map, the response of the server.
 
 import { ApiError, OfflineError } from "../api/problem.js";
 import { useAsTable } from "../components/as_table.js";
@@ -86,7 +86,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel, onM
 /** @param {string} text */
 const data = (text) => html`<span translate="no">${text}</span>`;
 
-/** Cells that are no numbers, before anything is sent. @param {{ content: Content }} props */
+/** Cells that are not numbers, before anything is sent. @param {{ content: Content }} props */
 function Doubts({ content }) {
   const place = (/** @type {string} */ at) => {
     const node = nodeOfPointer(at);
@@ -97,7 +97,7 @@ function Doubts({ content }) {
     <ul>${content.doubts.slice(0, 10).map(({ place: at, found }) => html`<li key=${at}>${place(at)}: <code translate="no">${found || "–"}</code></li>`)}</ul></div>`;
 }
 
-/** What the server refused of single nodes, by row and column. @param {{ error: ApiError }} props */
+/** Errors of the server at single nodes, by row and column. @param {{ error: ApiError }} props */
 function NodeFaults({ error }) {
   const faults = (error.problem.errors ?? []).flatMap(({ pointer, detail }) => {
     const node = nodeOfPointer(pointer);

@@ -1,4 +1,4 @@
-// The fields beside the files: what is fitted, and what is known of the measurement.
+// The fields next to the files: the model of the fit, and the measurement.
 
 import { SelectField, TextField } from "../components/form.js";
 import { AxesField, FlankField, UnitField } from "../components/measurand_fields.js";

@@ -21,7 +21,7 @@ function endsOf(values) {
   return low <= high ? [low, high] : undefined;
 }
 
-/** The unit in which the heights have the usual magnitude of flank deviations. @param {FlankSurface | undefined} surface @returns {Unit} */
+/** Returns the unit in which the heights have the usual magnitude of flank deviations. @param {FlankSurface | undefined} surface @returns {Unit} */
 export function likelyUnit(surface) {
   const ends = surface && endsOf(surface.z);
   const units = /** @type {Unit[]} */ (Object.keys(MICROMETRES));
@@ -34,7 +34,8 @@ export function likelyUnit(surface) {
 }
 
 /**
- * The likely quantity of the first abscissa, in mm: no roll length is as great as the tip radius.
+ * Returns the likely quantity of the first abscissa, in mm: no roll length is as great as the tip
+ * radius.
  * @param {FlankSurface | undefined} surface @param {Gear | null | undefined} gear @returns {Along | undefined} none without a gear
  */
 export function likelyAlong(surface, gear) {
@@ -44,7 +45,7 @@ export function likelyAlong(surface, gear) {
   return ends[0] > reference / 2 ? "diameter" : "roll_length";
 }
 
-/** The flank named in the name of a file. @param {string} name @returns {"left" | "right" | ""} */
+/** Returns the flank named in the name of a file. @param {string} name @returns {"left" | "right" | ""} */
 export function likelyFlank(name) {
   const says = (/** @type {string} */ words) => new RegExp(`(^|[^a-z])(${words})([^a-z]|$)`, "i").test(name);
   const [left, right] = [says("left|links|l"), says("right|rechts|r")];
@@ -52,7 +53,7 @@ export function likelyFlank(name) {
   return left ? "left" : "right";
 }
 
-/** The greatest deviation in µm, and the ends of the first abscissa in mm. @param {FlankSurface | undefined} surface @param {Unit} unit */
+/** Returns the greatest deviation in µm, and the ends of the first abscissa in mm. @param {FlankSurface | undefined} surface @param {Unit} unit */
 export function inWords(surface, unit) {
   const [heights, along] = surface ? [endsOf(surface.z), endsOf(surface.u)] : [];
   if (!heights || !along) return undefined;

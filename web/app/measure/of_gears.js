@@ -1,4 +1,5 @@
-// What a file of a tester or of a gear program holds, before anything is sent: its gears, its traces, its printed values.
+// The contents of a file of a tester or of a gear program, before anything is sent: its gears, its
+// traces, its printed values.
 
 import { GearSymbol } from "../components/symbol.js";
 import { table } from "../components/table.js";
@@ -27,7 +28,7 @@ export function OfGears({ file, name }) {
     ${warnings.length > 0 && h(WarningList, { warnings })}`;
 }
 
-/** A gear in short, and the flanks of which it has a topography. @param {GearsOfFile["gears"][number]} gear */
+/** A gear in short, and the flanks that have a topography. @param {GearsOfFile["gears"][number]} gear */
 function gearText({ id, name, gear, topographies = [] }) {
   const data = [id, name, gearInShort(gear)].filter(Boolean).join(" · ");
   return html`<span translate="no">${data}</span>${topographies.length > 0 && html` · ${t.topographiesOf(topographies.map((flank) => t[flank]).join(", "))}`}`;
@@ -68,7 +69,7 @@ function Traces({ traces, name }) {
   });
 }
 
-/** Where a trace runs, as the file says it. @param {FileTrace} trace */
+/** The position of a trace, as in the file. @param {FileTrace} trace */
 function sectionOf({ section_z_mm: z, section_diameter_mm: diameter, section_roll_length_mm: roll }) {
   if (z !== undefined) return data(`z ${fmt.value.mm(z)}\u202fmm`);
   if (diameter !== undefined) return html`${t.diameter} ${data(`${fmt.value.mm(diameter)}\u202fmm`)}`;
@@ -132,5 +133,5 @@ function writtenOf({ value, unit, state }) {
   return data(written);
 }
 
-/** `f_Halpha` as it is written. @param {string} name */
+/** Formats `f_Halpha` with its Greek index. @param {string} name */
 const symbolOf = (name) => name.replace(/alpha/i, "α").replace(/beta/i, "β");

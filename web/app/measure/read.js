@@ -1,4 +1,4 @@
-// What a file of a measurement is, and what is in it, before it is sent. Pure; runs in the worker.
+// The type and contents of a measurement file, before it is sent. Pure; runs in the worker.
 
 import { gridOf } from "../flank/surface.js";
 import { scatteredOf } from "../flank/triangles.js";
@@ -59,7 +59,7 @@ function contentOf(name, bytes) {
 }
 
 /**
- * A table with what the server takes it for.
+ * Adds the server's interpretation to a table.
  * @param {Content} table @param {import("../lib/nodes_table.js").Proposal} proposal @returns {Content}
  */
 export function proposed(table, proposal) {

@@ -10,7 +10,7 @@ let last = 0;
 /** @type {Map<number, { resolve: (content: Content) => void, reject: (error: Error) => void }>} */
 const waiting = new Map();
 
-/** Has the worker there before a file is, since the server may be away by then. */
+/** Starts the worker before it is needed, since the server may be away by then. */
 export function started() {
   if (worker) return worker;
   const own = new URL("./worker.js", import.meta.url).href;
@@ -38,7 +38,7 @@ export function started() {
   return worker;
 }
 
-/** What is in a file. @param {File} file @returns {Promise<Content>} */
+/** Returns the contents of a file. @param {File} file @returns {Promise<Content>} */
 export async function contentOf(file) {
   const bytes = await file.arrayBuffer();
   last += 1;

@@ -1,4 +1,4 @@
-// What is typed beside the files, and the request that becomes of it. Pure.
+// The input of the fields next to the files, and the request made of it. Pure.
 
 import { parseNumber } from "../lib/format.js";
 import { namesAxes } from "../lib/nodes_table.js";
@@ -6,7 +6,7 @@ import { likelyAlong, likelyFlank, likelyUnit } from "./likely.js";
 
 /** @typedef {import("../api/client.js").Schemas} Schemas */
 /** @typedef {import("./read.js").Content} Content */
-/** What stands in the fields; texts as they were typed. */
+/** The contents of the fields; texts as they were typed. */
 export const EMPTY = {
   model: "second",
   degreeU: "2",
@@ -31,13 +31,13 @@ export const EMPTY = {
 /** @typedef {typeof EMPTY} Typed */
 
 /**
- * The input, with the most likely values of the fields left empty.
+ * Returns the input, with the most likely values of the fields left empty.
  * @param {Typed} typed @param {Content} content @param {{ name: string, gear: import("./likely.js").Gear | null | undefined }} of
  * @returns {Typed}
  */
 export function answered(typed, content, { name, gear }) {
   if (content.kind === "import") return typed;
-  // columns that are named say what the axes are
+  // named columns define the axes
   if (namesAxes(content.proposal)) return { ...typed, flank: typed.flank || likelyFlank(name), axes: "", unit: "" };
   const own = content.request?.["flank"] !== undefined;
   return {
@@ -48,7 +48,7 @@ export function answered(typed, content, { name, gear }) {
   };
 }
 
-/** Fields that hold no number although they should. @param {Typed} typed @returns {Partial<Record<keyof Typed, true>>} */
+/** Returns the fields with invalid numbers. @param {Typed} typed @returns {Partial<Record<keyof Typed, true>>} */
 export function wrongNumbers(typed) {
   /** @type {Partial<Record<keyof Typed, true>>} */
   const wrong = {};
@@ -63,8 +63,8 @@ export function wrongNumbers(typed) {
 }
 
 /**
- * The request without nodes. What a JSON file says of a fit stands where the fields were left at
- * what they begin with.
+ * Returns the request without nodes. A JSON file's own fit applies to fields that keep their
+ * initial values.
  * @param {Typed} typed @param {Content} content @returns {Record<string, unknown>}
  */
 export function specOf(typed, content) {
@@ -94,7 +94,7 @@ export function specOf(typed, content) {
   return spec;
 }
 
-/** What is said of an imported file. @param {Typed} typed */
+/** Returns the fields of an imported file. @param {Typed} typed */
 export function importSpecOf(typed) {
   const names = /** @type {const} */ (["flank", "tooth", "component", "note"]);
   return Object.fromEntries(names.flatMap((name) => (typed[name].trim() === "" ? [] : [[name, typed[name].trim()]])));
@@ -133,7 +133,7 @@ export function axesOf({ axes, unit }, curve) {
   return curve ? { x: profile, y: heights } : { u: profile, v: { quantity: "face_width", unit: "mm" }, z: heights };
 }
 
-/** The node that a pointer of a grid names, from 0. @param {string} pointer */
+/** Returns the node that a pointer of a grid names, from 0. @param {string} pointer */
 export function nodeOfPointer(pointer) {
   const found = /^\/nodes\/(?:z|weight|valid)\/(\d+)\/(\d+)$/.exec(pointer);
   return found ? { row: Number(found[1]), column: Number(found[2]) } : undefined;

@@ -1,4 +1,4 @@
-// Sends one file: as JSON, as a table beside its request, or to be imported.
+// Sends one file: as JSON, as a table with its request, or as an import.
 
 import { answer, api } from "../api/client.js";
 import { mappingOf } from "../lib/nodes_table.js";
@@ -6,7 +6,7 @@ import { importSpecOf, specOf } from "./request.js";
 
 /** @typedef {import("./read.js").Content} Content */
 
-/** The file was written anew since it was read: no longer what was shown. */
+/** The file was changed since it was read: it differs from what was shown. */
 export class ChangedError extends Error {}
 
 /**
@@ -15,7 +15,7 @@ export class ChangedError extends Error {}
  * @param {import("../api/watched.js").How} how
  */
 export async function send(jobId, file, content, typed, attempt, how) {
-  // sent all the same, it would fail as if nobody had answered
+  // sent anyway, it would fail as if there were no response
   await file
     .slice(0, 1)
     .arrayBuffer()

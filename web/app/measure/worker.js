@@ -1,4 +1,4 @@
-// Reads files beside the page, so that the page answers meanwhile.
+// Reads files outside the page, which stays responsive meanwhile.
 
 import { readFile } from "./read.js";
 

@@ -1,4 +1,5 @@
-// The correction of an iteration: what to change at the machine, and what the next iteration says of it.
+// The correction of an iteration: the changes at the machine, and the response in the next
+// iteration.
 
 import { answer, api } from "../api/client.js";
 import { useRecords } from "../api/records.js";
@@ -103,7 +104,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
   const { sensitivity } = requestOf(kept);
   const machine = sensitivity.type === "machine" ? sensitivity : undefined;
   const chosen = machine?.flank;
-  // where the request names none, it is that of the iteration then
+  // a request without a flank uses that of the iteration at the time
   const of = chosen ?? /** @type {const} */ (["left", "right"]).find((side) => result.figures?.[side]);
   const changed = machine && of && iteration.flank && of !== iteration.flank && t.changedFlank(iteration.flank, of);
   const measure = toMeasure(job.id);

@@ -166,7 +166,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
     }`;
 }
 
-/** Pitches and run-out, as they were kept. @param {{ job: Job, number: number, made: readonly RecordSummary[] }} props */
+/** Pitches and run-out, as stored. @param {{ job: Job, number: number, made: readonly RecordSummary[] }} props */
 function Pitch({ job, number, made }) {
   const id = query.value.get("pitch") ?? made.at(-1)?.id;
   const record = useRecord(job.id, number, id);

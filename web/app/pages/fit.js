@@ -1,4 +1,4 @@
-// Fits nodes of a file, or that are pasted, and stores nothing until it is asked to.
+// Fits nodes of a file or of pasted text, and stores nothing until they are saved.
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
@@ -66,7 +66,7 @@ export default function FitPage() {
     () => given && measurand && withMeasurand(specOf(given.file, { degree, by }), given.file, measurand),
     [given, degree, by, key],
   );
-  // held here: every other fit shows its result, and what saves it, anew
+  // kept here: every other fit remounts its result and the form that saves it
   const [target, setTarget] = useState(NO_TARGET);
   const watched = useWatched();
   const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""} ${key}` : null, (signal) =>
@@ -118,7 +118,7 @@ export default function FitPage() {
 }
 
 const PLACE = "flankfit.draft nodes of /fit";
-/** Longer texts would leave no room for other drafts. */
+/** The maximum size: longer texts would leave no space for other drafts. */
 const MOST_KEPT = 2_000_000;
 
 /** @param {string} text @param {string} name */
@@ -127,11 +127,11 @@ function keep(text, name) {
     if (text.length > MOST_KEPT) sessionStorage.removeItem(PLACE);
     else sessionStorage.setItem(PLACE, JSON.stringify({ text, name }));
   } catch {
-    // a full store loses only what outlives the page
+    // a full store loses only persistence over reloads
   }
 }
 
-/** The nodes that were fitted before a reload. @returns {Given | undefined} */
+/** Returns the nodes fitted before a reload. @returns {Given | undefined} */
 function givenBefore() {
   try {
     const { text, name } = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
@@ -239,7 +239,7 @@ function Measurand({ file, surface, measurand, spec, gear, gearForm, setGearForm
 }
 
 /**
- * Slopes, crownings and twist; none while their flank, axes or gear are not known.
+ * Returns slopes, crownings and twist; undefined while their flank, axes or gear are unknown.
  * @param {NodesFile} file @param {Fields} spec @param {Gear | undefined} gear
  */
 function useFigures(file, spec, gear) {

@@ -1,4 +1,4 @@
-// The flank map of an iteration: its layers, sections, figures, and what is decided.
+// The flank map of an iteration: its layers, sections, figures, and the decision.
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
@@ -37,7 +37,7 @@ import { Fragment, h, html, useCallback, useLayoutEffect, useRef, useState } fro
 const t = texts({ en, de });
 export const styles = ["iteration"];
 
-/** Layers of which the trace says whether there are any. */
+/** Layers whose data the trace announces. */
 const OF_TRACE = /** @type {readonly string[]} */ (["difference", "predicted", "answered", "teeth"]);
 
 /** @param {{ params: Record<string, string> }} props */
@@ -70,7 +70,7 @@ export default function IterationPage({ params }) {
 }
 
 /**
- * What stands below something that is on its way comes after it, so that nothing jumps.
+ * The page. Content below something that is loading comes after it, so that nothing jumps.
  * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], traceSettled: boolean, reread: () => void,
  *   resource: import("../api/resource.js").Resource<Iteration> }} props `traceSettled`: the trace is there
  */
@@ -193,7 +193,7 @@ function Layers({ job, iteration, traced, traceSettled, fitId, chosen, exclusion
   const corrected = traced.some(
     ({ number, records }) => number === iteration.number && records?.some(({ kind }) => kind === "correction"),
   );
-  // ids are in the order of time, whatever the order of the answer
+  // IDs are in the order of time, whatever the order of the response
   const teeth = (traced.find(({ number }) => number === iteration.number)?.records ?? [])
     .flatMap(({ kind, id }) => (kind === "deviations" ? [id] : []))
     .sort();

@@ -1,4 +1,4 @@
-// A job: what is to be done next, and its iterations.
+// A job: its next step and its iterations.
 
 import { answer, api } from "../api/client.js";
 import { chosenFit } from "../api/job.js";
@@ -62,7 +62,7 @@ export default function JobOverview({ params }) {
   });
 }
 
-/** The newest iteration of each flank and tooth. @param {readonly TracedIteration[]} iterations */
+/** Returns the newest iteration of each flank and tooth. @param {readonly TracedIteration[]} iterations */
 function newestOf(iterations) {
   return iterations.filter(
     (one, i) => !iterations.slice(i + 1).some(({ flank, tooth }) => flank === one.flank && tooth === one.tooth),
@@ -71,7 +71,7 @@ function newestOf(iterations) {
 
 const RANKS = /** @type {const} */ ({ rejected: 0, remachine: 1, accepted: 3 });
 
-/** The iteration that determines the status of the job. @param {readonly TracedIteration[]} iterations */
+/** Returns the iteration that determines the status of the job. @param {readonly TracedIteration[]} iterations */
 function nextOf(iterations) {
   const rank = (/** @type {TracedIteration} */ { decision }) => (decision ? RANKS[decision] : 2);
   return newestOf(iterations).reduce(
@@ -80,7 +80,7 @@ function nextOf(iterations) {
   );
 }
 
-/** The status of each flank. @param {{ iterations: readonly TracedIteration[] }} props */
+/** Returns the status of each flank. @param {{ iterations: readonly TracedIteration[] }} props */
 function Flanks({ iterations }) {
   const newest = newestOf(iterations);
   if (newest.length < 2) return null;
@@ -321,7 +321,7 @@ function Actions({ job, resource, empty }) {
     ${open === "delete" && h(DeleteJob, { job, etag: resource.etag, onClose: close })}`;
 }
 
-/** The server refuses where there are iterations. @param {{ job: Job, etag: string | undefined, onClose: () => void }} props */
+/** Deletes the job; the server refuses if it has iterations. @param {{ job: Job, etag: string | undefined, onClose: () => void }} props */
 function DeleteJob({ job, etag, onClose }) {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const remove = async () => {

@@ -20,7 +20,7 @@ import { h, html, useRef } from "../../vendor/ui.js";
 
 export const styles = ["jobs"];
 
-/** In ms: a plant may measure more often than anybody reads. */
+/** The delay in ms: a plant may measure more often than anybody reads. */
 const LEAST_WAIT = 1000;
 
 export default function Jobs() {
@@ -37,10 +37,10 @@ export default function Jobs() {
     summary.reload();
   });
   useEventsOfAllJobs((events) => {
-    // a block of a stream changes nothing that is listed
+    // a block of a stream changes nothing in the list
     if (events.length === 0 || events.some(({ state }) => state !== "block")) reread();
   });
-  // while another search is on its way the last list stays, so that nothing jumps
+  // during a search the last list stays, so that nothing jumps
   const last = useRef(/** @type {JobPage | undefined} */ (undefined));
   if (list.data !== undefined) last.current = list.data;
   const shown = list.error === undefined ? { ...list, data: list.data ?? last.current } : list;

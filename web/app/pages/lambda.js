@@ -1,4 +1,4 @@
-// The choice of λ*: what it does, what each criterion would choose, a refit by hand, and which fit stands.
+// The choice of λ*: its effect, the choices of the criteria, a manual refit, and the chosen fit.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -80,7 +80,8 @@ function OfFit({ iteration, flipU, etag, onChosen, reload }) {
     );
   const fit = useResource(id ? `curve ${id}` : null, (signal) => get(id, signal));
   const unit = heightUnit(iteration.axes) ?? common.callersUnit;
-  // what stands below comes after it, so that nothing jumps, and stays while another fit is on its way
+  // content below comes after the fit, so that nothing jumps, and stays while another fit is
+  // loading
   const settledOnce = useRef(false);
   settledOnce.current ||= fit.data !== undefined || fit.error !== undefined;
   return html`<div class="lambda-page">
@@ -111,7 +112,7 @@ function Choosing({ iteration, flipU, fit, unit, chosenLambda, reload }) {
   const leaving = useLeaving();
   const nodes = useNodes(path.job_id, path.number);
   const measured = nodes.data && kept(nodes.data);
-  // while nodes are on their way, what they were fitted over says whether there will be a map
+  // while nodes are loading, the axes of the fit decide if there will be a map
   const mapped =
     nodes.data === undefined ? nodes.error === undefined && Boolean(result.domain?.v) : measured !== undefined;
   const many = iteration.node_count > FOLLOWED;
@@ -126,7 +127,7 @@ function Choosing({ iteration, flipU, fit, unit, chosenLambda, reload }) {
   const preview = useLatest(selection && refitOf(spec, selection, many ? [] : include), ask);
   const followed = useLatest(many && measured && settled ? refitOf(spec, settled, include) : undefined, ask);
   const stored = useFit(path.job_id, path.number, measured && !selection ? fit.id : undefined, include);
-  // the address follows once the answer is there: moves are many
+  // the address follows the result: moves are many
   useEffect(() => {
     if (preview.current) setQuery(queryOf(selection));
   }, [preview.current, selection]);

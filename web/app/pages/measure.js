@@ -1,4 +1,4 @@
-// Measuring: files are dropped, picked or pasted, looked at, and become iterations.
+// Measuring: dropped, chosen or pasted files are previewed and become iterations.
 
 import { Attempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -31,7 +31,7 @@ import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 const t = texts({ en, de });
 export const styles = ["measure"];
 
-/** Pointers whose faults stand at their fields. */
+/** Pointers of errors that are shown at fields. */
 const FIELDS = [
   "flank",
   "tooth",
@@ -225,7 +225,7 @@ function Measure({ jobId, gear, reread }) {
   </form>`;
 }
 
-/** What is in a file, and its gears where it has some. @param {File} file @returns {Promise<Partial<Entry>>} */
+/** Returns the contents of a file, with its gears if it has some. @param {File} file @returns {Promise<Partial<Entry>>} */
 async function look(file) {
   /** @type {import("../measure/read.js").Content} */
   let content;
@@ -246,7 +246,7 @@ async function look(file) {
 }
 
 /**
- * A table with what the server takes it for.
+ * Adds the server's interpretation to a table.
  * @param {File} file @param {import("../measure/read.js").Content} content
  * @param {import("../lib/nodes_table.js").Mapping | undefined} mapping @returns {Promise<Partial<Entry>>}
  */
@@ -263,7 +263,7 @@ function sendable(content) {
   return content !== undefined && content.fault === undefined && content.kind !== "values";
 }
 
-/** What is typed, kept until it has been sent: over reloads too. @param {string} jobId @returns {[Typed, (change: Partial<Typed>) => void]} */
+/** The input, kept until it has been sent, also over reloads. @param {string} jobId @returns {[Typed, (change: Partial<Typed>) => void]} */
 function useTyped(jobId) {
   const place = `flankfit.measure.${jobId}`;
   const [typed, setTyped] = useState(() => {
@@ -277,7 +277,7 @@ function useTyped(jobId) {
     try {
       sessionStorage.setItem(place, JSON.stringify(typed));
     } catch {
-      // a browser that keeps nothing has it until the tab is closed
+      // without storage it is kept until the tab is closed
     }
   }, [typed]);
   return [typed, (next) => setTyped((before) => ({ ...before, ...next }))];

@@ -1,4 +1,4 @@
-// A new job: its names, and the gear with what follows from it.
+// A new job: its names, and the gear with its derived quantities.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -68,7 +68,7 @@ function Form() {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const attempt = useAttempt("new job");
   const leaving = useLeaving();
-  // a gear of a file begins the fields anew: those that it fills are not folded
+  // a gear of a file resets the fields: those that it fills are not folded
   const [taken, setTaken] = useState(0);
   const form = useRef(/** @type {HTMLFormElement | null} */ (null));
 
@@ -140,7 +140,7 @@ function Form() {
 }
 
 /**
- * The request of a form, unless something of it cannot be read.
+ * Returns the request of a form, unless it is invalid.
  * @param {typeof emptyJob} job @param {import("../lib/gear_form.js").GearForm | undefined} gearForm
  * @param {import("../lib/requirements.js").RequirementsForm} requirementsForm
  * @returns {NewJob | undefined}

@@ -1,4 +1,4 @@
-// The report of a job: paper, on the screen as it will be printed.
+// The report of a job: a print preview on the screen.
 
 import { JobPage } from "../components/job_page.js";
 import { Empty, loaded, measureAction } from "../components/states.js";

@@ -1,4 +1,4 @@
-// Language, theme, shortcuts; who asks, and by which key.
+// Language, theme, shortcuts; the caller and their key.
 
 import { answer, api } from "../api/client.js";
 import { currentKey, forgetKey, keyWanted, session } from "../api/key.js";
@@ -70,7 +70,7 @@ function Display() {
 }
 
 function Access() {
-  // another key may be kept by now
+  // another key may be in use by now
   session.value;
   const key = currentKey();
   const who = useResource("whoami", (signal) => answer(api.GET("/v1/whoami", { signal })));
@@ -118,7 +118,7 @@ function Program() {
   </section>`;
 }
 
-/** What the caller may, in words; what has none here by its own name. @param {readonly string[]} scopes */
+/** The caller's permissions, in words; those without a word here by name. @param {readonly string[]} scopes */
 const scopesOf = (scopes) =>
   scopes.map((scope, i) => {
     const word = /** @type {Record<string, string>} */ (/** @type {unknown} */ (t))[`may_${scope}`];

@@ -1,4 +1,4 @@
-// What the statistician looks at: spectrum, collinearity, residuals, how it was computed.
+// Statistics of a fit: spectrum, collinearity, residuals, how it was computed.
 
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";

@@ -1,4 +1,4 @@
-// A measurement whose nodes come as a stream: the estimate as it grows.
+// A measurement as a stream of nodes: the estimate over time.
 
 import { may } from "../api/key.js";
 import { useStream, useStreamNodes } from "../api/stream.js";
@@ -131,7 +131,7 @@ function Charts({ history, stream }) {
   const terms = history.at(-1)?.result.coefficients.map(({ term }) => term) ?? [];
   const selected = query.value.get("term");
   const term = terms.find((one) => one === selected) ?? terms[0] ?? "";
-  // buttons, since news wait while a field has the focus
+  // buttons, since events are held back while a field has the focus
   return html`<section class="panel" aria-labelledby="course">
     <h2 id="course">${t.course}</h2>
     <p class="quiet">${t.since}</p>

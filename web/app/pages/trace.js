@@ -87,7 +87,7 @@ function Head({ jobId, iteration: { number, flank, tooth, instrument, operator }
     </p>`;
 }
 
-/** Lines from corrections to what answers them. @param {{ box: { current: HTMLDivElement | null }, entries: readonly Entry[] }} props */
+/** Lines from corrections to the iterations that measured them. @param {{ box: { current: HTMLDivElement | null }, entries: readonly Entry[] }} props */
 function Links({ box, entries }) {
   const [paths, setPaths] = useState("");
   useLayoutEffect(() => {

@@ -1,4 +1,4 @@
-// What every criterion would choose, side by side.
+// The choices of all criteria, side by side.
 
 import { may } from "../api/key.js";
 import { criterionColumn, numberColumn } from "../components/columns.js";
@@ -12,7 +12,7 @@ import { html } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 
-/** What a table says of each choice. @param {string} symbol @param {string | undefined} unit @returns {import("../components/table.js").Column<Choice>[]} */
+/** The columns of a choice. @param {string} symbol @param {string | undefined} unit @returns {import("../components/table.js").Column<Choice>[]} */
 export function choiceColumns(symbol, unit) {
   return [
     criterionColumn(t.criterion),

@@ -1,4 +1,4 @@
-// Coefficients before and after regularisation, and what is left of each direction.
+// Coefficients before and after regularisation, and the filter factor of each direction.
 
 import { Chart } from "../charts/chart.js";
 import { Dots, Rule } from "../charts/marks.js";
@@ -43,7 +43,7 @@ export function Coefficients({ before, after, axes, afterName, names }) {
         (/** @type {Coefficient} */ one) => ({ value: one.least_squares, std_error: one.least_squares_std_error }),
         unit,
       ),
-      // beside a refit there is room for its mark alone
+      // next to a refit only its mark fits
       minor: !same,
     },
     ...(same
@@ -81,7 +81,7 @@ export function FilterFactors({ result, symbol }) {
     const x = eigenvalues[i];
     return x !== undefined && x > 0 ? [{ x, y, i }] : [];
   });
-  // of a prior and of constraints they belong to other directions than the eigenvalues
+  // with a prior or constraints they belong to other directions than the eigenvalues
   if (points.length === 0 || result.prior || result.constraints) return null;
   const [low, high] = [points[0]?.x ?? 1, points.at(-1)?.x ?? 10];
   const at = result.regularization.lambda_star;

@@ -1,4 +1,4 @@
-// What λ* does: predicted error, condition, RMS, GCV and bias along it.
+// The effect of λ*: predicted error, condition, RMS, GCV and bias along it.
 
 import { Chart } from "../charts/chart.js";
 import { rowsOfLabels } from "../charts/labels.js";
@@ -56,7 +56,7 @@ function OneCurve({ of, name, unit, labelled, curve, result, chosenLambda, shown
   const [low, high] = [Math.min(...positive), Math.max(...positive)];
   const log = positive.length > 0 && high > 8 * low;
   const from = log ? Math.max(low, high / 1e9) : Math.min(...points.map(({ y }) => y));
-  // room above the line for the labels
+  // space above the line for the labels
   const room = labelled ? 0.4 : 0.06;
   const top = log ? high * (high / from) ** room : high + room * (high - from);
   const [start, end] = [curve[0]?.lambda_star ?? 1, curve.at(-1)?.lambda_star ?? 10];
@@ -96,7 +96,7 @@ function OneCurve({ of, name, unit, labelled, curve, result, chosenLambda, shown
   });
 }
 
-/** The choices of the criteria, in rows where they would overlap. @param {{ plot: import("../charts/chart.js").Plot, choices: FitResult["regularization"]["choices"], labelled: boolean }} props */
+/** The choices of the criteria, in rows to avoid overlaps. @param {{ plot: import("../charts/chart.js").Plot, choices: FitResult["regularization"]["choices"], labelled: boolean }} props */
 function ChoiceMarks({ plot, choices, labelled }) {
   const marks = choices.flatMap(({ criterion, lambda_star: value }) =>
     value === undefined ? [] : [{ x: Math.min(plot.width, Math.max(0, plot.x(value))), label: criterion }],
@@ -112,7 +112,7 @@ function ChoiceMarks({ plot, choices, labelled }) {
   </g>`;
 }
 
-/** A place on a line, between its points as on log axes. @param {{ plot: import("../charts/chart.js").Plot, points: readonly { x: number, y: number }[], at: number, sign: "square" | "circle", series: "vermilion" | "green" }} props */
+/** Returns a place on a line, interpolated between its points on log axes. @param {{ plot: import("../charts/chart.js").Plot, points: readonly { x: number, y: number }[], at: number, sign: "square" | "circle", series: "vermilion" | "green" }} props */
 function Mark({ plot, points, at, sign, series }) {
   const next = points.findIndex(({ x }) => x >= at);
   const [a, b] = [points[Math.max(0, next - 1)], points[next < 0 ? points.length - 1 : next]];

@@ -1,4 +1,4 @@
-// The fits of an iteration: which is looked at, which stands, and picked another one stand.
+// The fits of an iteration: the one that is viewed, the chosen one, and choosing another.
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
@@ -45,7 +45,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
       onChosen(data, next);
       notify(t.nowChosen);
     } catch (failed) {
-      // what stands by now is shown beside what was to stand
+      // shows the current choice next to the one to be made
       if (failed instanceof ApiError && failed.status === 412) {
         const now = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { params: { path } }));
         setKnown(now.etag);
@@ -106,7 +106,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
   );
 }
 
-/** What stands by now, and what was to stand. @param {{ iteration: Iteration, mine: FitSummary }} props */
+/** The current choice, and the one to be made. @param {{ iteration: Iteration, mine: FitSummary }} props */
 function Versions({ iteration, mine }) {
   const now = iteration.fits.find(({ chosen }) => chosen);
   const written = (/** @type {FitSummary | undefined} */ fit) =>

@@ -1,4 +1,4 @@
-// What a refit leaves over, or makes of the flank, as a small map that follows the slider.
+// The residuals of a refit, or its fitted flank, as a small map that follows the slider.
 
 import { useAsTable } from "../components/as_table.js";
 import { SelectField } from "../components/form.js";
@@ -21,13 +21,13 @@ import { h, html, useMemo } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 
-/** Up to so many nodes the map follows each move of the slider, beyond when it is let go. */
+/** The number of nodes up to which the map follows each move of the slider; above it, the map follows on release. */
 export const FOLLOWED = 5000;
 
 /** @returns {"residual" | "fitted"} */
 export const shownLayer = () => (query.value.get("layer") === "fitted" ? "fitted" : "residual");
 
-/** What has to be asked for so that the map can be drawn. @param {"residual" | "fitted"} layer @returns {("residuals" | "fitted")[]} */
+/** Returns the parts of a response that the map needs. @param {"residual" | "fitted"} layer @returns {("residuals" | "fitted")[]} */
 export const includedFor = (layer) => [layer === "fitted" ? "fitted" : "residuals"];
 
 /**

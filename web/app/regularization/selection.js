@@ -1,4 +1,4 @@
-// Which λ* (k, λ, rank) is looked at: a criterion's, or a value. Pure functions.
+// The λ* (k, λ, rank) that is viewed: a criterion's, or a value. Pure functions.
 
 /** @typedef {import("../api/client.js").Schema<"FitSpec">} FitSpec */
 /** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
@@ -13,16 +13,16 @@ const PARAMETERS = /** @type {Record<string, "lambda_star" | "parameter">} */ ({
   attraction: "parameter",
 });
 
-/** Whether the regularisation has a number that can be moved. @param {FitSpec} spec */
+/** Returns true if the regularisation has an adjustable number. @param {FitSpec} spec */
 export function movable(spec) {
   const type = spec.regularization?.type ?? "";
   return type in PARAMETERS || type === "truncated_svd";
 }
 
-/** Whether that number is a count of directions. @param {FitSpec} spec */
+/** Returns true if that number is a count of directions. @param {FitSpec} spec */
 export const countsRank = (spec) => spec.regularization?.type === "truncated_svd";
 
-/** What the server calls the number, in words of the page. @param {FitSpec} spec */
+/** Returns the page's symbol for the server's number. @param {FitSpec} spec */
 export function symbolOf(spec) {
   const type = spec.regularization?.type;
   if (type === "ridge" || type === "attraction") return "k";
@@ -30,7 +30,7 @@ export function symbolOf(spec) {
 }
 
 /**
- * A refit by this selection; of the rest of the fit nothing changes.
+ * Returns a refit by this selection; the rest of the fit stays.
  * @param {FitSpec} spec @param {Selection} selection @param {readonly string[]} [include]
  * @returns {PreviewRequest}
  */
@@ -54,7 +54,7 @@ function regularizationOf(spec, selection) {
   return { ...base, [name]: own?.criterion === selection.by ? own : { criterion: selection.by } };
 }
 
-/** Over what the slider goes: [λ₁, λₙ], or the ranks. @param {FitSpec} spec @param {FitResult} result @returns {Range | undefined} */
+/** Returns the range of the slider: [λ₁, λₙ], or the ranks. @param {FitSpec} spec @param {FitResult} result @returns {Range | undefined} */
 export function rangeOf(spec, result) {
   const eigenvalues = result.spectrum.eigenvalues;
   if (countsRank(spec)) return [1, Math.max(1, result.spectrum.rank)];
@@ -63,7 +63,7 @@ export function rangeOf(spec, result) {
   return low !== undefined && high !== undefined && low > 0 && high > low ? [low, high] : undefined;
 }
 
-/** The value at a part of the slider's way, in ln λ*. @param {Range} range @param {number} part 0…1 */
+/** Returns the value at a share of the slider's range, in ln λ*. @param {Range} range @param {number} part 0…1 */
 export function valueAt([low, high], part) {
   if (part <= 0) return low;
   return part >= 1 ? high : Number((low * (high / low) ** part).toPrecision(6));
@@ -75,7 +75,7 @@ export function partOf([low, high], value) {
   return Math.min(1, Math.log(value / low) / Math.log(high / low));
 }
 
-/** From the address: `by=gcv` or `lambda=1e-5`. @param {URLSearchParams} query @returns {Selection | undefined} */
+/** Reads the address: `by=gcv` or `lambda=1e-5`. @param {URLSearchParams} query @returns {Selection | undefined} */
 export function selectionOf(query) {
   const by = query.get("by");
   if (by) return { by };

@@ -1,4 +1,4 @@
-// λ* by hand: a slider in ln λ*, and its exact value.
+// Manual choice of λ*: a slider in ln λ*, and its exact value.
 
 import { TextField } from "../components/form.js";
 import de from "../i18n/de/lambda.js";
@@ -54,5 +54,5 @@ export function LambdaSlider({ range, value, symbol, ranks, onMove }) {
   </div>`;
 }
 
-/** Six digits are enough to begin from. @param {number | undefined} value */
+/** Formats the initial value: six digits are enough. @param {number | undefined} value */
 const shortened = (value) => (value === undefined ? undefined : Number(value.toPrecision(6)));

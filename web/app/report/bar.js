@@ -1,4 +1,5 @@
-// What a report tells: iterations, parts, language. It stands in the address; the bar itself is not printed.
+// The contents of a report: iterations, parts, language. The address has them; the bar itself is
+// not printed.
 
 import { Checkbox, SelectField } from "../components/form.js";
 import { t as common } from "../i18n/common.js";

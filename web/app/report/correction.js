@@ -1,4 +1,4 @@
-// Corrections in a report: what was changed, what it should bring, what came of it.
+// Corrections in a report: the changes, the prediction, the result.
 
 import { CorrectionMaps } from "../components/correction_maps.js";
 import { Answer, Indistinguishable, Changes, Figures } from "../components/correction_result.js";

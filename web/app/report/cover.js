@@ -1,4 +1,4 @@
-// The first page of a report, which stands alone: what was measured, what came of it, what was decided, who signs.
+// The first page of a report, complete in itself: measurement, results, decision, signature.
 
 import { Badge } from "../components/figure.js";
 import { DecisionBadge } from "../components/decision.js";
@@ -119,7 +119,7 @@ function Decisions({ data }) {
   </section>`;
 }
 
-/** Lines to be written on. */
+/** Lines for handwriting. */
 function Signature() {
   return html`<div class="report-signature">
     ${[t.date, t.name, t.signature].map((name) => html`<div key=${name}><span>${name}</span></div>`)}

@@ -1,4 +1,4 @@
-// The figures of the first page, before and after; what is absent says why.
+// The figures of the first page, before and after; absent ones have a reason.
 
 import { Strip, StripLegend } from "../charts/strip.js";
 import { GearSymbol } from "../components/symbol.js";
@@ -97,7 +97,7 @@ export function CoverFigures({ data }) {
   </div>`;
 }
 
-/** Reasons, each with the letter by which cells name it. */
+/** Reasons, each with the letter by which cells refer to it. */
 function notesOf() {
   /** @type {string[]} */
   const texts = [];
@@ -112,7 +112,7 @@ function notesOf() {
   };
 }
 
-/** The first and the last iteration, by colour and shape. @type {readonly Pick<import("../charts/strip.js").Drawn, "series" | "sign">[]} */
+/** The first and the last iteration, with colour and shape. @type {readonly Pick<import("../charts/strip.js").Drawn, "series" | "sign">[]} */
 const ENDS = [
   { series: "blue", sign: "circle" },
   { series: "vermilion", sign: "diamond" },
@@ -136,7 +136,7 @@ function figure(cell, why) {
 
 const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told", "doubtful"]);
 
-/** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
+/** Limits, and the conformity of the last figure. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
 function limitsOf({ low, high }, cells) {
   return html`${verbatim(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity: cells.at(-1)?.conformity })}`;
 }
@@ -168,7 +168,7 @@ function withUnit(value, { axes }) {
   return verbatim(value == null ? ABSENT : `${fmt.value.three(value)}${unit ? `\u202f${unit}` : ""}`);
 }
 
-/** λ* and what chose it. @param {ReportData["fit"]} fit */
+/** λ* and its criterion. @param {ReportData["fit"]} fit */
 function chosen(fit) {
   const { lambda_star: value, criterion } = fit?.result.regularization ?? {};
   if (value === undefined) return fit ? t.unregularized : ABSENT;

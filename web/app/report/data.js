@@ -1,4 +1,4 @@
-// All that a report tells, in one: each iteration with its standing fit, nodes, evaluation and correction.
+// All data of a report: each iteration with its chosen fit, nodes, evaluation and correction.
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
@@ -34,13 +34,13 @@ import { surfaceOf } from "../flank/layers.js";
 
 /** @param {Job} job @param {readonly TracedIteration[]} traced @param {readonly number[]} numbers none: nothing is asked for */
 export function useReport(job, traced, numbers) {
-  // another fit that stands, or another record, is another report
+  // another chosen fit or another record makes another report
   const state = traced.map(({ choices, records }) => [choices.at(-1)?.created_at, records?.at(-1)?.id]);
   const key = `report ${job.id} ${numbers.join(",")} ${JSON.stringify(state)}`;
   return useResource(numbers.length > 0 ? key : null, async (signal) => {
     /** @type {ReportData[]} */
     const data = [];
-    // one after the other: a report of many iterations leaves room for others
+    // one after the other: a report of many iterations leaves capacity for others
     for (const number of numbers) {
       const own = traced.find((one) => one.number === number);
       if (own) data.push(await reportDataOf(job, traced, own, signal));

@@ -81,7 +81,7 @@ const FIGURES = /** @type {const} */ ([
   ["twist", "S"],
 ]);
 
-/** Figures of the surfaces through the traces of each tooth flank, with limits where they were asked for. @param {{ result: Evaluated["result"], number: number }} props */
+/** Figures of the surfaces through the traces of each tooth flank, with limits if they are required. @param {{ result: Evaluated["result"], number: number }} props */
 function Surfaces({ result, number }) {
   const { value } = fmt;
   const rows = result.surfaces.flatMap(({ tooth, flank, ...surface }) =>

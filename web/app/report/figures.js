@@ -1,4 +1,5 @@
-// The figures of a report's first page: what the interface answers of each iteration, and nothing else. Pure.
+// The figures of a report's first page: only values that the interface returned for each iteration.
+// Pure.
 
 import { verdictOf } from "../components/within.js";
 import { extremesOf } from "../flank/surface.js";
@@ -39,9 +40,9 @@ const FLANK = [
 ];
 
 /**
- * Figures of the second-order surface: of the fits that stand, of the nodes as corrections answer them, or of traces as
- * evaluations do. One source for all iterations: that which
- * tells more of them, and where they are alike that which is decided by limits.
+ * Returns the figures of the second-order surface: from the chosen fits, from the nodes as in
+ * corrections, or from traces as in evaluations. All iterations have the same source: the one with
+ * more figures and, if these are equal, the one whose figures are compared with limits.
  * @param {readonly ReportData[]} data @returns {{ rows: Row[], source: "fits" | "nodes" | "traces" }}
  */
 export function flankRows(data) {
@@ -66,7 +67,7 @@ export function flankRows(data) {
     { rows: rows(ofNodes), source: "nodes" },
     { rows: rows(ofTraces), source: "traces" },
   ]);
-  // a change goes with the figures that it is the difference of
+  // a change belongs to the figures that it is the difference of
   const all = whole?.answer ? [nodes, fits, traces] : [fits, nodes, traces];
   const score = (/** @type {{ rows: readonly Row[] }} */ { rows: own }) =>
     2 * covered(own) + (own.some(({ cells }) => cells.some((cell) => cell?.conformity)) ? 1 : 0);
@@ -93,12 +94,12 @@ function fittedFigure({ iteration: { fits } }, name) {
   return fits.find(({ chosen }) => chosen)?.figures?.[/** @type {const} */ (`${name}_um`)];
 }
 
-/** How many iterations have a figure. @param {readonly Row[]} rows */
+/** Counts the iterations that have a figure. @param {readonly Row[]} rows */
 function covered(rows) {
   return rows[0]?.cells.filter((_, i) => rows.some(({ cells }) => cells[i])).length ?? 0;
 }
 
-/** With its error where one is answered: of the own correction, or of the one before that this iteration answers. @param {ReportData} data @param {FlankFigureName} name @returns {Cell | undefined} */
+/** Returns a figure with its error, if there is one: of the own correction, or of the previous one that this iteration measured. @param {ReportData} data @param {FlankFigureName} name @returns {Cell | undefined} */
 function ofNodes({ correction, answers }, name) {
   const own = /** @type {const} */ (`${name}_um`);
   const estimated =
@@ -115,7 +116,7 @@ function ofTraces(data, name) {
   return figure && cellOf(figure);
 }
 
-/** Of the surface through the traces of the tooth flank that was measured. @param {ReportData} data @param {FlankFigureName} name */
+/** Returns a figure of the surface through the traces of the measured tooth flank. @param {ReportData} data @param {FlankFigureName} name */
 function tracedFigure({ evaluated, iteration: { tooth, flank } }, name) {
   const surface = evaluated?.result.surfaces.find((one) => one.tooth === tooth && one.flank === flank);
   return surface?.[/** @type {const} */ (`${name}_um`)] ?? undefined;
@@ -126,7 +127,7 @@ const TRACE = /** @type {const} */ ({
   helix: { slope: "f_Hβ", total: "F_β" },
 });
 
-/** Means over the teeth of evaluated traces; none without an evaluation. @param {readonly ReportData[]} data @returns {Row[]} */
+/** Returns means over the teeth of evaluated traces; empty without an evaluation. @param {readonly ReportData[]} data @returns {Row[]} */
 export function traceRows(data) {
   return /** @type {const} */ (["profile", "helix"]).flatMap((kind) =>
     /** @type {const} */ (["left", "right"]).flatMap((flank) =>
@@ -168,7 +169,7 @@ function traceCell(data, kind, flank, what) {
   const alone = traces.length === 1 ? traces[0] : undefined;
   return {
     value: mean,
-    // the answer tells errors of single traces, not of their mean
+    // the response has errors of single traces, not of their mean
     error: what === "slope" ? (alone?.slope_std_error_um ?? undefined) : undefined,
     class: classes.length > 0 ? Math.max(...classes) : undefined,
     conformity: what === "slope" ? worst(traces) : undefined,
@@ -177,7 +178,7 @@ function traceCell(data, kind, flank, what) {
 
 const WORST = /** @type {const} */ (["does_not_conform", "cannot_be_told", "doubtful", "conforms"]);
 
-/** The conformity of the worst trace. @param {readonly EvaluatedTrace[]} traces @returns {Conformity | undefined} */
+/** Returns the conformity of the worst trace. @param {readonly EvaluatedTrace[]} traces @returns {Conformity | undefined} */
 function worst(traces) {
   const found = traces.flatMap(({ slope_conformity: one }) => one ?? []);
   const rank = (/** @type {Conformity} */ one) => WORST.indexOf(verdictOf(one).key);
@@ -195,13 +196,13 @@ function limitsOf(figures) {
   });
 }
 
-/** Least and greatest height of the nodes. @param {ReportData} data */
+/** Returns the least and greatest height of the nodes. @param {ReportData} data */
 export function heightsOf({ surface }) {
   const ends = surface && extremesOf(surface);
   return ends ? { low: ends.least.z, high: ends.greatest.z } : undefined;
 }
 
-/** The coarsest class of an evaluation; 12 stands for what exceeds even class 11. @param {ReportData} data */
+/** Returns the coarsest class of an evaluation; 12 for anything above class 11. @param {ReportData} data */
 export function coarsest({ evaluated }) {
   if (!evaluated) return undefined;
   return evaluated.result.coarser_than_11 ? 12 : (evaluated.result.class ?? undefined);

@@ -18,18 +18,18 @@ import { h, html } from "../../vendor/ui.js";
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {{ data: ReportData, surface: FlankSurface }} Mapped */
 
-/** Dots of the image for a pixel of the page, of which there are 96 an inch. */
+/** Dots of the image per pixel of the page, of which an inch has 96. */
 const DENSITY = 300 / 96;
 
-/** One scale for all of them. @param {readonly Mapped[]} mapped */
+/** Returns one scale for all of them. @param {readonly Mapped[]} mapped */
 const scaleOf = (mapped) => commonScale(mapped.map(({ surface }) => surface));
 
-/** Measured deviations, beside each other. @param {{ data: readonly ReportData[], flipU: boolean }} props */
+/** Measured deviations, side by side. @param {{ data: readonly ReportData[], flipU: boolean }} props */
 export function SmallMaps({ data, flipU }) {
   const mapped = data.flatMap((one) => (one.surface ? [{ data: one, surface: one.surface }] : []));
   if (mapped.length === 0) return null;
   const pair = isPair(data) && mapped.length > 1;
-  // heights of different units have no scale in common
+  // heights of different units have no common scale
   const units = new Set(mapped.map(({ data: one }) => heightUnit(one.iteration.axes)));
   const whole = units.size === 1 ? scaleOf(mapped) : undefined;
   return html`<div class="report-small">
@@ -88,7 +88,7 @@ function unitOf({ data }) {
   return heightUnit(data.iteration.axes) ?? common.callersUnit;
 }
 
-/** The box that the model lives on. @param {import("../api/client.js").Schema<"Domain">} domain @returns {import("../flank/surface.js").Box | undefined} */
+/** Returns the domain of the model. @param {import("../api/client.js").Schema<"Domain">} domain @returns {import("../flank/surface.js").Box | undefined} */
 function boxOf({ u, v }) {
   const [u0, u1, v0, v1] = [...(u ?? []), ...(v ?? [])];
   if (u0 === undefined || u1 === undefined || v0 === undefined || v1 === undefined) return undefined;
@@ -104,7 +104,7 @@ function summaryOf(surface) {
   return flank.extremes(place(ends.least), place(ends.greatest));
 }
 
-/** Name of an iteration with its flank. @param {ReportData} data */
+/** Names an iteration with its flank. @param {ReportData} data */
 export function nameOf({ iteration: { number, flank, tooth } }) {
   const parts = [common.iteration(number), flank && t[flank], tooth];
   return parts.filter(Boolean).join(", ");

@@ -1,5 +1,5 @@
-// What stands in the margins of each printed page: job, date, page. CSS has no other place for it than a style sheet,
-// and the job's name is data: it is written as a CSS string of escapes alone.
+// The margins of each printed page: job, date, page. CSS only allows this in a style sheet, and the
+// job's name is data: it is written as a CSS string of escapes alone.
 
 /** @param {string} text */
 export function cssString(text) {
@@ -7,7 +7,7 @@ export function cssString(text) {
   return `"${escaped.join("")}"`;
 }
 
-/** A sign as CSS escapes it; what CSS cannot hold becomes the sign for that. @param {string} sign */
+/** Escapes a character for CSS; one that CSS does not support becomes the replacement character. @param {string} sign */
 function code(sign) {
   const point = sign.codePointAt(0) ?? 0;
   return (point === 0 || (point >= 0xd800 && point <= 0xdfff) ? 0xfffd : point).toString(16);
@@ -30,7 +30,7 @@ export function pageRules({ job, date, page }) {
   }`;
 }
 
-/** Puts the boxes on paper until the answer is called. @param {Parameters<typeof pageRules>[0]} words */
+/** Adds the boxes until the returned function is called. @param {Parameters<typeof pageRules>[0]} words */
 export function showBoxes(words) {
   const sheet = new CSSStyleSheet();
   sheet.replaceSync(pageRules(words));

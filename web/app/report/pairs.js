@@ -2,10 +2,10 @@
 
 /** @typedef {import("./data.js").ReportData} ReportData */
 
-/** Whether both are of the same flank of the same tooth. @param {ReportData} one @param {ReportData} other */
+/** Returns true if both are of the same flank of the same tooth. @param {ReportData} one @param {ReportData} other */
 const alike = ({ iteration: one }, { iteration: other }) => one.flank === other.flank && one.tooth === other.tooth;
 
-/** The last iteration of a report and the first of the same flank and tooth or, without one, the first of all. @param {readonly ReportData[]} data */
+/** Returns the last iteration of a report and the first of the same flank and tooth or, without one, the first of all. @param {readonly ReportData[]} data */
 export function endsOf(data) {
   const last = data.at(-1);
   if (!last || data.length < 2) return data.slice(0, 1);
@@ -13,7 +13,7 @@ export function endsOf(data) {
   return first ? [first, last] : [last];
 }
 
-/** Whether two iterations form a pair before and after. @param {readonly ReportData[]} data */
+/** Returns true if two iterations form a pair before and after. @param {readonly ReportData[]} data */
 export function isPair([first, last]) {
   return first !== undefined && last !== undefined && alike(first, last);
 }

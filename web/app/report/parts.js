@@ -1,4 +1,4 @@
-// The parts of a report, and what its address says of them. Pure.
+// The parts of a report, and their form in the address. Pure.
 
 export const PARTS = /** @type {const} */ ([
   "summary",
@@ -15,7 +15,8 @@ export const PARTS = /** @type {const} */ ([
 /** @typedef {(typeof PARTS)[number]} Part */
 
 /**
- * The iterations that are data: those of the address that there are, in their order; by default the first and the last.
+ * Returns the iterations of a report: the existing ones that the address names, in their order; by
+ * default the first and the last.
  * @param {string | null} text such as `1,2` @param {readonly number[]} there
  */
 export function iterationsOf(text, there) {
@@ -25,7 +26,7 @@ export function iterationsOf(text, there) {
   return there.filter((_, i) => i === 0 || i === there.length - 1);
 }
 
-/** The parts that are data; by default all. @param {string | null} text such as `summary,maps` @returns {readonly Part[]} */
+/** Returns the parts of a report; by default all. @param {string | null} text such as `summary,maps` @returns {readonly Part[]} */
 export function partsOf(text) {
   const wanted = new Set((text ?? "").split(","));
   const found = PARTS.filter((part) => wanted.has(part));
@@ -33,7 +34,7 @@ export function partsOf(text) {
 }
 
 /**
- * What the address says of a choice; nothing where it is the default.
+ * Returns the form of a choice in the address; undefined for the default.
  * @template Value
  * @param {readonly Value[]} chosen @param {readonly Value[]} byDefault
  */

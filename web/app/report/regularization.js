@@ -1,4 +1,5 @@
-// The choice of λ* and the spectrum in a report: what each criterion would have chosen, what stood, and why.
+// The choice of λ* and the spectrum in a report: the choices of the criteria, the chosen fit, and
+// the reason.
 
 import { Chart } from "../charts/chart.js";
 import { Dots, Line, Rule } from "../charts/marks.js";
@@ -35,7 +36,7 @@ export function Choices({ data }) {
   )}`;
 }
 
-/** Which fit stands, since when and why. @param {{ data: ReportData }} props */
+/** The chosen fit, its time and its reason. @param {{ data: ReportData }} props */
 function Why({ data: { traced, fit } }) {
   if (!fit) return html`<p>${t.noFit}</p>`;
   const choice = traced.choices.findLast(({ fit_id }) => fit_id === fit.id);
@@ -71,7 +72,7 @@ function ChoiceTable({ number, fit, unit }) {
   });
 }
 
-/** The predicted error along λ*, with what was chosen. @param {{ fit: IterationFit, symbol: string }} props */
+/** The predicted error along λ*, with the choices. @param {{ fit: IterationFit, symbol: string }} props */
 function Curve({ fit: { result }, symbol }) {
   const points = (result.lambda_curve ?? []).flatMap(({ lambda_star: x, predicted_mse: y }) =>
     typeof y === "number" && y > 0 ? [{ x, y }] : [],

@@ -1,4 +1,4 @@
-// The end of a report: what happened in its order, warnings, and how all of it was computed.
+// The end of a report: events in their order, warnings, and how everything was computed.
 
 import { Criterion } from "../components/criterion.js";
 import { DecisionBadge } from "../components/decision.js";
@@ -14,7 +14,7 @@ import { h, html } from "../../vendor/ui.js";
 /** @typedef {import("../trace/entries.js").Entry} Entry */
 /** @typedef {import("../api/client.js").Schema<"Decision">} DecisionName */
 
-/** All of the job, whatever iterations the rest tells: nothing that happened is left out. @param {{ iterations: readonly import("../api/job.js").TracedIteration[] }} props */
+/** The whole trace of the job, whatever iterations the report has: no event is left out. @param {{ iterations: readonly import("../api/job.js").TracedIteration[] }} props */
 export function Story({ iterations }) {
   const cut = iterations.some(({ earlier }) => earlier);
   return html`${cut && html`<p class="quiet">${t.earlierEntries}</p>`}

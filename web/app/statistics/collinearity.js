@@ -1,4 +1,4 @@
-// Which columns depend on each other: VIF, variance proportions, correlation.
+// Dependencies between columns: VIF, variance proportions, correlation.
 
 import { table } from "../components/table.js";
 import de from "../i18n/de/statistics.js";

@@ -1,12 +1,12 @@
-// How residuals are distributed. Pure functions.
+// The distribution of residuals. Pure functions.
 
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 
-/** No chart shows more points than this. */
+/** The maximum number of points of a chart. */
 export const MOST_POINTS = 2000;
 
 /**
- * Bins of one width (Freedman and Diaconis), from 5 to 60.
+ * Returns bins of equal width (Freedman and Diaconis), from 5 to 60.
  * @param {readonly number[]} values
  */
 export function histogram(values) {
@@ -23,20 +23,20 @@ export function histogram(values) {
   return counts.map((count, i) => ({ from: low + i * step, to: low + (i + 1) * step, count }));
 }
 
-/** Every so many of a list, the first and the last among them. @template T @param {readonly T[]} list @returns {readonly T[]} */
+/** Samples a list evenly, the first and the last included. @template T @param {readonly T[]} list @returns {readonly T[]} */
 export function thinned(list) {
   if (list.length <= MOST_POINTS) return list;
   const step = (list.length - 1) / (MOST_POINTS - 1);
   return Array.from({ length: MOST_POINTS }, (_, i) => /** @type {T} */ (list[Math.round(i * step)]));
 }
 
-/** Sorted values against normal quantiles at (i − ½)/n. @param {readonly number[]} values */
+/** Returns sorted values against normal quantiles at (i − ½)/n. @param {readonly number[]} values */
 export function quantiles(values) {
   const sorted = [...values].sort((a, b) => a - b);
   return sorted.map((y, i) => ({ x: normalQuantile((i + 0.5) / sorted.length), y }));
 }
 
-/** The standard normal quantile (Acklam), to 1.2·10⁻⁹ relative. @param {number} p @returns {number} */
+/** Returns the standard normal quantile (Acklam), to 1.2·10⁻⁹ relative. @param {number} p @returns {number} */
 export function normalQuantile(p) {
   if (p > 0.5) return -normalQuantile(1 - p);
   if (p < 0.02425) {
@@ -65,7 +65,7 @@ export function normalQuantile(p) {
 }
 
 /**
- * Where a posted node lies, by its place in the list (grids row by row): u and v, or x.
+ * Returns the place of a posted node, by its index (grids row by row): u and v, or x.
  * @param {Nodes} nodes @param {number} index @returns {Record<string, number | undefined>}
  */
 export function placeOfNode(nodes, index) {

@@ -1,4 +1,4 @@
-// How the numbers were computed, out of what, and whether they come out again.
+// The provenance of a fit: engine, arithmetic, input digest, and its replay.
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";

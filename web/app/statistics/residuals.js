@@ -1,4 +1,4 @@
-// Residuals: how they are distributed, and where they lie.
+// Residuals: their distribution, and their places.
 
 import { Chart } from "../charts/chart.js";
 import { Bars, Dots, Line, Rule } from "../charts/marks.js";

@@ -1,4 +1,4 @@
-// Two fits of a job beside each other, their differences in standard errors.
+// Two fits of a job side by side, their differences in standard errors.
 
 import { estimateColumn, numberColumn, termColumn } from "../components/columns.js";
 import { SelectField } from "../components/form.js";
@@ -32,7 +32,7 @@ export function Compare({ iterations }) {
   }));
   const same = a.iteration === b.iteration;
   const rows = compared(a.fit, b.fit, same);
-  /** In the unit that both have. @param {Row} row */
+  /** Returns the common unit of both. @param {Row} row */
   const difference = (row) => {
     const [one, other] = [unitOf(row.a, a.iteration.axes), unitOf(row.b, b.iteration.axes)];
     const unit = one === other ? one : undefined;

@@ -13,7 +13,7 @@
  */
 /** @typedef {Entry["kind"]} Kind */
 
-/** In the order in which they are told where the times are the same. @type {readonly Kind[]} */
+/** The order of kinds at equal times. @type {readonly Kind[]} */
 export const KINDS = ["measured", "fit", "choice", "record", "decision"];
 
 /** @param {readonly TracedIteration[]} iterations @returns {Entry[]} */
@@ -75,8 +75,8 @@ function ofIteration(one, answers) {
 }
 
 /**
- * The correction that a measurement answers: the last one of the iterations before it, of the same flank
- * and tooth, that was made before it and that no measurement between answers.
+ * Returns the correction that an iteration measured: the last one of earlier iterations of the same
+ * flank and tooth that was made before it and that no other iteration has measured.
  * @param {readonly TracedIteration[]} iterations
  */
 function answersOf(iterations) {
@@ -93,7 +93,7 @@ function answersOf(iterations) {
 }
 
 /**
- * Two fits, coefficient by coefficient.
+ * Compares two fits, coefficient by coefficient.
  * @param {TracedFit} a @param {TracedFit} b @param {boolean} sameNodes
  */
 export function compared(a, b, sameNodes) {

@@ -55,14 +55,14 @@ export function EntryText({ entry, jobId, unit }) {
   return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${entry.concession && html`<p>${t.concession}</p>`}${reason(entry.reason)}`;
 }
 
-/** In the words of the page where it has some. @param {string} method */
+/** The page's word for a method, if there is one. @param {string} method */
 function methodOf(method) {
   if (method === "iso_1328_1") return html`<span translate="no">ISO 1328-1</span>`;
   const words = { form_grinding: t.form_grinding, generating_grinding: t.generating_grinding, matrix: t.matrix };
   return words[/** @type {"matrix"} */ (method)] ?? html`<code translate="no">${method}</code>`;
 }
 
-/** Who it was, where that is known. @param {Entry} entry */
+/** The actor, if it is known. @param {Entry} entry */
 function doneBy(entry) {
   if (entry.kind === "measured") return undefined;
   if (entry.kind === "fit") return entry.fit.by;

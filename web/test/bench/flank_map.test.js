@@ -38,8 +38,8 @@ async function drawing({ page, open }, id) {
 }
 
 /**
- * The longest task of the page's main thread, in milliseconds of that thread: what others make the
- * machine do meanwhile is none of the page's.
+ * Returns the longest task of the page's main thread, in milliseconds of that thread: other load of
+ * the machine does not count.
  * @param {Buffer} tracing
  */
 function longestTask(tracing) {

@@ -58,7 +58,7 @@ browserTest("100,000 nodes turn", { context: { viewport: { width: 700, height: 8
       }
       return times;
     }, FRAMES);
-  // frames come in steps of the screen's, so the quietest of some rounds tells what a frame takes
+  // frames come at the rate of the screen, so the quietest of some rounds shows the time of a frame
   const medians = [];
   for (let i = 0; i < ROUNDS; i += 1) {
     medians.push(median(await round()));

@@ -1,9 +1,9 @@
-// What is chosen stands in the address; nightly/sweep.test.js loads every page anew.
+// The address has all choices; nightly/sweep.test.js loads every page anew.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
 
-/** What a reader of the page has before them. @param {import("playwright-core").Page} page */
+/** The content of the page. @param {import("playwright-core").Page} page */
 const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
 
 browserTest("what was chosen on a page stands in its address", {}, async (world) => {

@@ -1,4 +1,4 @@
-// Charts of λ* and of the spectrum: what is drawn stands where the interface's numbers are.
+// Charts of λ* and of the spectrum: marks are at the places of the interface's numbers.
 
 import assert from "node:assert/strict";
 import { axisOf, drawnIn, heightAt, near } from "./drawn.js";
@@ -36,7 +36,7 @@ browserTest("the curves, the plateau and the standing fit stand where they are",
     const [x, y] = [axisOf(drawn.x, "log"), axisOf(drawn.y, kind)];
     assert.equal(drawn.lines.length, 1, name);
     const [line = []] = drawn.lines;
-    // a log axis has no place for 0, which stands at its foot
+    // a log axis has no place for 0, which is drawn at its foot
     const points = curve.filter((/** @type {any} */ point) => kind === "linear" || point[of] > 0);
     const first = line.length - points.length;
     assert.ok(first >= 0, name);

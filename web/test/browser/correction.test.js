@@ -1,4 +1,4 @@
-// Corrections: asked for, refused, and compared with the next iteration.
+// Corrections: requested, refused, and compared with the next iteration.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -8,7 +8,7 @@ const request = async () => JSON.parse(await example("requests/iteration_correct
 /** @param {string} id */
 const pathOf = (id) => `/jobs/${id}/iterations/1/correction`;
 
-/** A number as it is shown, which has to be the interface's to its last digit. @param {string | null | undefined} text @param {number} value */
+/** Checks a number as it is shown: it has to be the interface's to its last digit. @param {string | null | undefined} text @param {number} value */
 function agrees(text, value) {
   const written = /[−+]?\d+(\.\d+)?/.exec(text ?? "")?.[0];
   assert.ok(written, `no number in ${text}`);

@@ -1,9 +1,9 @@
-// What pages cost, counted; test/bench/ measures times.
+// The cost of pages, counted; test/bench/ measures times.
 
 import assert from "node:assert/strict";
 import { browserTest, inBrowser } from "./harness.js";
 
-/** Of the packed answers of the first view of the list. */
+/** The limit of compressed responses of the first view of the list. */
 const MOST_BYTES = 150_000;
 const MOST_REQUESTS = 60;
 const MOST_DRAWS = 4;

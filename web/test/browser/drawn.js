@@ -1,5 +1,4 @@
-// What a chart has drawn, read back into numbers by the labels of its axes: where something stands is where a reader
-// takes it to stand.
+// The contents of a chart, read back into numbers by the labels of its axes, as a reader would.
 
 import assert from "node:assert/strict";
 
@@ -8,7 +7,7 @@ import assert from "node:assert/strict";
 /** @typedef {{ x: Tick[], y: Tick[], lines: Place[][], dots: Record<string, Place[]>, rules: Partial<Place>[], span: [number, number] | undefined }} Drawn
  *   `dots`: by the name of their series; `rules`: across the plot at x, or at y */
 
-/** A pixel, and what numbers of a path are rounded by. */
+/** The tolerance of a pixel, by which numbers of a path are rounded. */
 export const PIXEL = 1.01;
 
 /** @param {import("playwright-core").Locator} figure @returns {Promise<Drawn>} */
@@ -54,7 +53,7 @@ export function drawnIn(figure) {
   });
 }
 
-/** `2·10⁻³` and `0.5` as numbers. @param {string} label */
+/** Reads `2·10⁻³` and `0.5` as numbers. @param {string} label */
 function numberOf(label) {
   const plain = label.replace("−", "-");
   const power = /^(?:([\d.]+)·)?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$/.exec(plain);
@@ -64,7 +63,7 @@ function numberOf(label) {
 }
 
 /**
- * Where a value stands on an axis, by two of its labels; all others have to agree.
+ * Returns the place of a value on an axis, by two of its labels; all others have to agree.
  * @param {readonly Tick[]} ticks @param {"linear" | "log"} kind @returns {(value: number) => number}
  */
 export function axisOf(ticks, kind) {
@@ -84,7 +83,7 @@ export function near(drawn, expected, what) {
   assert.ok(drawn !== undefined && Math.abs(drawn - expected) < PIXEL, `${what}: at ${drawn}, not ${expected}`);
 }
 
-/** The height of a line at x. @param {readonly Place[]} line @param {number} x */
+/** Returns the height of a line at x. @param {readonly Place[]} line @param {number} x */
 export function heightAt(line, x) {
   const next = Math.max(
     1,

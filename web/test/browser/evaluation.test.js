@@ -130,7 +130,7 @@ browserTest(
 browserTest("traces are held against the limits and bands that the job asks for", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
-  // from end to end of the example's traces, one with room for them and one that is too narrow
+  // from end to end of the example's traces, one wide enough for them and one too narrow
   const band = (/** @type {number} */ wide) => ({
     kind: "profile",
     profile_axis: "diameter",
@@ -237,11 +237,11 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
     [left.single_pitch_conformity.verdict, left.cumulative_pitch_conformity.verdict, runout.conformity],
     ["does_not_conform", "cannot_be_told", undefined],
   );
-  // what has no limits says nothing of them
+  // figures without limits have no mark
   assert.equal(await rows.nth(2).locator(".within").count(), 0);
   const single = page.getByRole("figure", { name: "Single pitch deviations, left flanks" });
   assert.equal(await single.locator(".mark-rule.limit").count(), 2, "the limits are drawn");
-  // what was answered keeps what it was held against
+  // a result keeps the requirements that applied to it
   await call("PATCH", `/v1/jobs/${id}`, { requirements: { pitch_limits: { runout_um: [0, 1] } } });
   await open(pathOf(id));
   await rows.nth(7).getByText("within the limits").waitFor();
@@ -280,7 +280,7 @@ browserTest("pitches and run-out are drawn, and every figure is the interface's"
     }
   }
   agrees(await rows.nth(at).locator("td .cell").nth(1).textContent(), result.runout.runout_um);
-  // the class that the job asks for bounds them: one flank is within, the other has a tooth too far
+  // the required class limits them: one flank is within, the other has a tooth too far
   assert.deepEqual([result.left.single_pitch_within, result.left.cumulative_pitch_within], [true, true]);
   await rows.nth(0).getByText("within the limits").waitFor();
   const { amount_um, std_error_um, angle_deg } = result.runout.eccentricity;

@@ -71,7 +71,7 @@ browserTest(
   { context: { reducedMotion: "no-preference" } },
   async ({ page, open }) => {
     await open("/jobs");
-    // as any style of a page might ask for it
+    // as any style of a page might set it
     const moving = () =>
       page.evaluate(() => {
         const [page, one] = [document.documentElement, document.body];

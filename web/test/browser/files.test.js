@@ -1,4 +1,4 @@
-// Files of testers and of gear programs, and what is wrong with a file.
+// Files of testers and of gear programs, and errors of files.
 
 import assert from "node:assert/strict";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
@@ -71,7 +71,7 @@ browserTest("of a REXS model the gear is named, and its topography is a map", { 
   await page.setInputFiles(picker, file("m.rexs", rexsModel()));
   await page.locator(".queue-entry .gears", { hasText: "wheel" }).waitFor();
   await page.getByRole("button", { name: "Store as iteration" }).click();
-  // which of the two gears is asked at its field
+  // the field requires a choice of the two gears
   const component = page.getByLabel("Component");
   await page.locator('[aria-invalid="true"]').waitFor();
   assert.equal(await component.getAttribute("aria-invalid"), "true");

@@ -1,4 +1,4 @@
-// Fits of dropped and pasted nodes: as the interface answers them, and nothing stored.
+// Fits of dropped and pasted nodes: as the interface returns them, and nothing stored.
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -30,7 +30,7 @@ async function drop(page, name, text, type) {
   await page.dispatchEvent(".drop", "drop", { dataTransfer });
 }
 
-/** The value beside a name. @param {import("playwright-core").Page} page @param {string} name */
+/** Returns the value of a name. @param {import("playwright-core").Page} page @param {string} name */
 const fact = async (page, name) =>
   (
     await page

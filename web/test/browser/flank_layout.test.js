@@ -1,4 +1,4 @@
-// What stands on the page of a flank: names of its faces, room, and a map that is never blank.
+// The layout of the page of a flank: names of its faces, space, and a map that is never blank.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
@@ -97,7 +97,7 @@ for (const language of ["en", "de"]) {
         });
         assert.ok(top <= most, `${size.width} px: the map begins at ${top} px`);
         assert.deepEqual(overlaps, [], `${size.width} px`);
-        // all that stood above it is there
+        // all content above it is there
         for (const place of [
           ".figure-tiles",
           "[data-extreme=least]",
@@ -132,7 +132,7 @@ browserTest("a map is painted in the frame in which its width changes", {}, asyn
   const { id } = await job();
   await iteration(id);
   await open(`/jobs/${id}/iterations/1`);
-  // an observer that came later is told after the page's own, and before the frame is shown
+  // an observer that came later is called after the page's own, and before the frame is shown
   await page.evaluate(() => {
     const box = /** @type {HTMLElement} */ (document.querySelector(".heat-map"));
     const canvas = /** @type {HTMLCanvasElement} */ (box.querySelector("canvas"));
@@ -147,7 +147,7 @@ browserTest("a map is painted in the frame in which its width changes", {}, asyn
   });
   for (const width of [1240, 1100, 900]) {
     await page.setViewportSize({ width, height: 800 });
-    // the width as it is by then: what is beside the map may change it once more
+    // the width at that time: adjacent panels may change it once more
     await page.waitForFunction((wide) => {
       const place = document.querySelector(".heat-map")?.clientWidth;
       return window.innerWidth === wide && /** @type {any} */ (window).frames.at(-1)?.[0] === place;

@@ -1,4 +1,5 @@
-// The correction of the gear on the page of its job: by both flanks, entered on the machine, saved for its control.
+// The correction of the gear on the page of its job: from both flanks, entered on the machine,
+// saved for its controller.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";

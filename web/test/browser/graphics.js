@@ -4,10 +4,10 @@ import assert from "node:assert/strict";
 
 /** @typedef {import("playwright-core").Page} Page */
 
-/** What holds a graphic with the button of its table. */
+/** The element that holds a graphic with the button of its table. */
 const HOLDERS = "figure, .flank-view, .lambda-map, .measure-preview, .all-teeth";
 
-/** What is wrong with the graphics of a page, and how many there are. @param {Page} page */
+/** Returns the errors of the graphics of a page, and their number. @param {Page} page */
 export function graphics(page) {
   return page.evaluate((holders) => {
     const text = (/** @type {string | null} */ ids) =>
@@ -19,7 +19,7 @@ export function graphics(page) {
     /** @type {string[]} */
     const faults = [];
     const drawn = [...document.querySelectorAll("main svg, main canvas")].filter((one) => one.checkVisibility());
-    // signs beside words say nothing of their own; a canvas and its overlay are one graphic
+    // signs with words have no meaning of their own; a canvas and its overlay are one graphic
     const graphics = new Set(
       drawn.flatMap((one) => {
         const reader = one.closest(".chart-reader, [role=slider], [role=application]");
@@ -33,9 +33,9 @@ export function graphics(page) {
       const name = one.getAttribute("aria-label") ?? text(one.getAttribute("aria-labelledby"));
       if (!name) faults.push(`${label} has no name`);
       if (one instanceof SVGElement && one.getAttribute("role") !== "img") faults.push(`${label} ${name} has no role`);
-      // signs in tables: their values stand in the row, and in its file
+      // signs in tables: the row, and its file, have their values
       if (one.closest("td, th")) continue;
-      // of a picture the sentence stands behind its name
+      // the sentence of a picture follows its name
       const said = text(one.getAttribute("aria-describedby")) || (name.split(". ")[1] ?? "");
       if (!said) faults.push(`${label} ${name} says nothing`);
       const holder = one.closest(holders);

@@ -1,4 +1,4 @@
-// The table of a graphic is whole: nightly/sweep.test.js looks for one at each.
+// The table of a graphic is complete: nightly/sweep.test.js looks for one at each.
 
 import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";

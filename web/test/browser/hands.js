@@ -1,4 +1,4 @@
-// The same steps by two hands: pointer, or keyboard alone.
+// The same steps in two ways: by pointer, or by keyboard alone.
 
 import assert from "node:assert/strict";
 
@@ -16,7 +16,7 @@ export function pointer(page) {
   return {
     press: (target) => target.click(),
     type: (target, text) => target.fill(text),
-    // who points presses the label of the field
+    // a pointer presses the label of the field
     pick: async (target, files) => {
       const chooser = page.waitForEvent("filechooser");
       await page.locator(`label[for="${await target.getAttribute("id")}"]`).click();
@@ -25,12 +25,13 @@ export function pointer(page) {
   };
 }
 
-/** More than any page has. */
+/** A limit above the number of elements of any page. */
 const MOST_STOPS = 300;
 
 /** Tab, Enter and letters. @param {Page} page @returns {Hands} */
 export function keyboard(page) {
-  // whoever listens has the browser hand over its choosers, which takes longer than a key: so from the start on
+  // a listener has the browser hand over its choosers, which takes longer than a key: so from the
+  // start on
   page.on("filechooser", () => {});
   const reach = async (/** @type {Locator} */ target) => {
     await target.first().waitFor({ state: "attached" });

@@ -1,5 +1,6 @@
-// Browser tests: the real program on a port of its own, the system's Chromium, and watchers that fail a test where the
-// page did what it must not. Tests of one process share a browser, and a server where they look at their own jobs alone.
+// Browser tests: the real program on a port of its own, the system's Chromium, and watchers that
+// fail a test if the page misbehaves. Tests of one process share a browser, and a server if they
+// look at their own jobs alone.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -38,15 +39,15 @@ export function program() {
   return found;
 }
 
-/** By the arguments that they have beyond those of all. @type {Map<string, Promise<import("playwright-core").Browser>>} */
+/** Browsers, by their additional arguments. @type {Map<string, Promise<import("playwright-core").Browser>>} */
 const browsers = new Map();
-/** Of the tests that look at what they have made themselves. @type {Promise<Server> | undefined} */
+/** The server of the tests that only look at their own jobs. @type {Promise<Server> | undefined} */
 let shared;
 
-/** What else ends with the tests. @type {(() => Promise<unknown>)[]} */
+/** Other cleanups. @type {(() => Promise<unknown>)[]} */
 const ends = [];
 
-/** Has something end with the tests of this process. @param {() => Promise<unknown>} end */
+/** Registers a cleanup for the end of this process's tests. @param {() => Promise<unknown>} end */
 export const atEnd = (end) => ends.push(end);
 
 /** Ends what the tests of this process have shared. */
@@ -65,19 +66,19 @@ async function ended(server) {
 // test/worker.js runs one file after another, and closes by itself
 if (!process.send) after(close);
 
-/** What to paint with: not by a GPU that is software too, where nobody looks at times. */
+/** The renderer: not a GPU in software, unless a test measures times. */
 const QUICK = ["--disable-gpu-compositing", "--disable-gpu-rasterization", "--disable-accelerated-2d-canvas"];
 let quick = true;
 
-/** Paints as a browser does that is not told otherwise, and has read nothing before: for benches. */
+/** Paints as a browser does by default, without cached files: for benches. */
 export function asOnScreen() {
   quick = false;
 }
 
-/** Contexts by their options, for a test to take: what a browser has read once it need not read again. @type {Map<string, Context>} */
+/** Contexts by their options, for reuse by tests: a browser need not read the files again. @type {Map<string, Context>} */
 const idle = new Map();
 
-/** The first is the same engine without a window around each page, which costs more than most pages do. */
+/** Two browsers: the first is the same engine without a window around each page, which costs more than most pages do. */
 const BROWSERS = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"].map(
   (name) => `/usr/bin/${name}`,
 );
@@ -96,7 +97,7 @@ function chromiumBrowser(more = []) {
 }
 
 /**
- * Starts the program; the same port again after `stop` and `start`.
+ * Starts the program; on the same port again after `stop` and `start`.
  * @param {readonly string[]} options of `flankfit serve`, each as `--name=value`
  * @returns {Promise<Server>}
  */
@@ -150,7 +151,7 @@ export async function serve(options = []) {
 /** @type {Promise<void> | undefined} */
 let compared;
 
-/** Fails where the program was built from other files than those that lie here. @param {string} url */
+/** Fails if the program was built from other files than those in this folder. @param {string} url */
 export async function holdsTheseFiles(url) {
   compared ??= comparesFiles(url);
   await compared;
@@ -209,14 +210,14 @@ function length(bytes) {
  * @property {() => Promise<void>} accessible fails where axe finds something
  */
 
-/** The tests of this process that have begun or wait. @type {Promise<unknown>[]} */
+/** The running and waiting tests of this process. @type {Promise<unknown>[]} */
 const begun = [];
 /** @type {string[]} */
 const failed = [];
-/** With the reasons. @type {string[]} */
+/** Omitted tests, with the reasons. @type {string[]} */
 const leftOut = [];
 
-/** Waits for all tests so far: how many there were, and the names of those that have failed or were left out. */
+/** Waits for all tests so far, and returns their number and the names of the failed and the omitted ones. */
 export async function settled() {
   const count = begun.length;
   await Promise.all(begun.splice(0));
@@ -224,7 +225,7 @@ export async function settled() {
 }
 
 /**
- * A test that counts among those of its file.
+ * Registers a test that counts among those of its file.
  * @param {string} name @param {() => Promise<void>} run @param {string} [why] it is left out
  */
 export function counted(name, run, why) {
@@ -241,8 +242,8 @@ export function counted(name, run, why) {
 }
 
 /**
- * A test with a page of its own, and with a server of its own where it says what that is to be, takes it away or counts
- * what it holds.
+ * Registers a test with a page of its own, and with a server of its own if it configures it, stops
+ * it or counts its contents.
  * @param {string} name @param {Options} options @param {(world: World) => Promise<void>} body
  */
 export function browserTest(name, options, body) {
@@ -262,7 +263,7 @@ export function browserTest(name, options, body) {
 }
 
 /**
- * The error, with what else is known in its message and in its stack, which is what is printed.
+ * Returns the error with more context in its message and in its stack, which is what is printed.
  * @param {unknown} error @param {string} of @param {string} text
  */
 export function withMore(error, of, text) {
@@ -282,12 +283,12 @@ async function newContext(options) {
     reducedMotion: "reduce",
     ...options.context,
   });
-  // what a test waits for at most; more where a machine has other things to do
+  // the longest wait of a test; more on a busy machine
   context.setDefaultTimeout(Number(process.env["FLANKFIT_WAIT_MS"] ?? 30_000));
   return context;
 }
 
-/** A page that remembers nothing but its settings. @param {Context} context @param {Server} server @param {Options} options */
+/** A page with empty storage except for its settings. @param {Context} context @param {Server} server @param {Options} options */
 async function newPage(context, server, { settings = {} }) {
   const page = await context.newPage();
   const session = await context.newCDPSession(page);
@@ -333,12 +334,13 @@ export async function inBrowser(server, options, body) {
   }
 }
 
-/** How the browser says that it has lost a server: that depends on what was under way. */
+/** Messages of the browser for a lost server: they depend on what was under way. */
 const LOST =
   /net::ERR_(CONNECTION_(REFUSED|RESET|CLOSED)|EMPTY_RESPONSE|INCOMPLETE_CHUNKED_ENCODING|HTTP2_PROTOCOL_ERROR|INTERNET_DISCONNECTED)/;
 
 /**
- * Has what nobody has answered not sent again; on a busy machine it may have been tried for the last time by now.
+ * Cancels resending of requests without a response; on a busy machine the last try may be over by
+ * now.
  * @param {Page} page
  */
 export const doNotSendAgain = (page) =>
@@ -370,7 +372,7 @@ function watch(page, server, { statuses = [], offline = false }) {
   return faults;
 }
 
-/** Returns when the page has been painted anew. @param {Page} page */
+/** Returns when the page has been painted again. @param {Page} page */
 export function painted(page) {
   return page.evaluate(
     () =>
@@ -410,7 +412,7 @@ function world(page, server) {
     accessible: async () => assert.deepEqual(await axeFinds(page), [], "axe"),
     startAgain: async () => {
       await server.start();
-      // the page also asks by itself, and then there is nothing to press any more
+      // the page also retries by itself, and then there is nothing to press any more
       const pressed = page.getByRole("button", { name: "Retry now" }).click();
       pressed.catch(() => {});
       await page.getByText("Not updated since").waitFor({ state: "detached" });
@@ -441,7 +443,7 @@ const RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-pra
 /** @type {Promise<string> | undefined} */
 let axe;
 
-/** What axe finds of a page, or of a part of it. @param {Page} page @param {string} [part] */
+/** Returns the violations that axe finds on a page, or on a part of it. @param {Page} page @param {string} [part] */
 export async function axeFinds(page, part) {
   axe ??= readFile(path.join(web, "node_modules", "axe-core", "axe.min.js"), "utf8");
   // as the browser's own tools do, which the policy of the page does not bind

@@ -1,4 +1,4 @@
-// The flank map: what it names is what the interface answers.
+// The flank map: its names and numbers are those of the interface.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -162,7 +162,7 @@ browserTest("in space the flank turns by keys, and is not one colour", {}, async
   await page.locator('[data-ready="1"]').waitFor();
   const looks = () => space.screenshot();
   /**
-   * Looks until a picture is as it is to be.
+   * Polls until a picture meets a condition.
    * @param {string} what @param {(picture: Buffer) => boolean} holds
    */
   const until = async (what, holds) => {

@@ -1,4 +1,4 @@
-// A job: next step, iterations, changes, and what goes wrong.
+// A job: next step, iterations, changes, and failures.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -155,7 +155,7 @@ browserTest(
     });
     await open(`/jobs/${id}`);
     await page.getByText("Retrying in 70 s.").waitFor();
-    // time goes on by itself beside what is let pass here, so that less than all of it may be enough
+    // time also passes by itself, so that less than all of it may be enough
     await page.clock.runFor(40_000);
     assert.equal(refused, 1);
     await page.clock.runFor(31_000);
@@ -205,7 +205,7 @@ browserTest(
       if (request.url().includes(`/v1/jobs/${id}/trace`)) requests += 1;
     });
     await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
-    // what is asked for now is answered after the event has gone out
+    // a request from now on is answered after the event has gone out
     await page.evaluate((place) => fetch(place).then((answer) => answer.text()), `/v1/jobs/${id}`);
     assert.equal(requests, 0);
     await page.keyboard.press("Escape");

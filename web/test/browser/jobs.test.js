@@ -8,7 +8,7 @@ browserTest("an empty list says what to do next", { alone: true }, async ({ page
   await open("/");
   assert.equal(new URL(page.url()).pathname, "/jobs");
   await page.getByText("Jobs are listed here").waitFor();
-  // one action, and what there is to read
+  // one action, and two links
   assert.deepEqual(await page.locator("main .button").allTextContents(), ["New job", "API documentation"]);
   await page.locator("main .button.primary", { hasText: "New job" }).waitFor();
   assert.equal(await page.title(), "Jobs – flankfit");
@@ -170,7 +170,7 @@ browserTest("the list is narrowed down to a class", { statuses: [422], alone: tr
   await page.getByRole("link", { name: "evaluated" }).waitFor();
   await narrow(`${found === 11 ? 1 : found + 1}`);
   await page.getByRole("link", { name: "evaluated" }).waitFor({ state: "detached" });
-  // what is no class is told at the field
+  // an invalid class is reported at the field
   await narrow("12");
   await page.locator('[aria-invalid="true"]').waitFor();
   assert.equal(await page.getByLabel("Class", { exact: true }).getAttribute("aria-invalid"), "true");

@@ -1,4 +1,4 @@
-// Keys: asked for where the server wants one, kept in the tab, never in an address.
+// Keys: requested when the server requires one, kept in the tab, never in an address.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -67,7 +67,7 @@ browserTest(
     const places = () =>
       page.evaluate(() => [sessionStorage, localStorage].map((place) => place.getItem("flankfit.key")));
     assert.deepEqual(await places(), [null, KEY]);
-    // another tab has it too, which sessionStorage does not give it
+    // another tab has it too, which sessionStorage does not provide
     const tab = await page.context().newPage();
     await tab.goto(`${server.url}/jobs`);
     await tab.getByText("guarded").waitFor();

@@ -116,7 +116,7 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   await map.getByText(said(expected.residuals.values), { exact: true }).waitFor();
   await map.getByLabel("Layer").selectOption("fitted");
   await map.getByText(said(expected.residuals.fitted), { exact: true }).waitFor();
-  // what is seen stands in the address
+  // the address has the whole view
   await page.reload();
   await loaded();
   assert.equal(await facts.nth(1).textContent(), `${f.three(own.residuals.rms)} µm`);
@@ -207,7 +207,7 @@ browserTest("keeping a refit that takes long ends when it is cancelled", {}, asy
     model: { type: "polynomial", degree: [2, 2] },
     regularization: { type: "spectral" },
   });
-  // what is kept is made to take long, as a robust fit of many nodes does
+  // storing takes long, as a robust fit of many nodes does
   await page.route("**/fits", async (route, request) => {
     if (request.method() !== "POST") return route.continue();
     const body = {

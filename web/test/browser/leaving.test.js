@@ -1,4 +1,4 @@
-// What nobody has answered is not sent again once its form is left or its dialog closed.
+// A request without a response is not sent again once its form is left or its dialog closed.
 
 import assert from "node:assert/strict";
 import { fileURLToPath } from "node:url";
@@ -10,7 +10,7 @@ import { browserTest, example } from "./harness.js";
 const flank = fileURLToPath(new URL("../../../examples/flank_z52.json", import.meta.url));
 
 /**
- * Sends what is lost each time, leaves, and lets a minute pass.
+ * Sends a request that is lost each time, leaves, and lets a minute pass.
  * @param {Page} page @param {{ lost: string, send: () => Promise<void>, leave: () => Promise<void>, shown: string }} parts
  *   `lost`: where it is sent to; `shown`: the path of the page that is shown in the end
  */
@@ -98,7 +98,7 @@ browserTest("a refit that is kept, whose dialog is closed", { offline: true }, a
     leave: () => page.keyboard.press("Escape"),
     shown: path,
   });
-  // what was typed stands, to be sent or not
+  // the input stays, to be sent or not
   assert.equal(await dialog.getByLabel("Reason").inputValue(), "not meant");
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).fits.length, 1);
 });

@@ -1,13 +1,13 @@
-// What holds of every page, each as the faults of the one that is shown.
+// Checks of every page, each as the errors of the page that is shown.
 
 /** @typedef {import("playwright-core").Page} Page */
 /** @typedef {import("playwright-core").Route} Route */
 /** @typedef {{ value: number, what: string[] }} Shift */
 
-/** How much of the window may move, weighted by how far; 0.1 is what is commonly called good. */
+/** The limit of moving parts of the window, weighted by distance; 0.1 is commonly called good. */
 const MOST = 0.02;
 
-/** Has pages count what jumps while they come. @param {Page} page */
+/** Counts layout shifts while pages load. @param {Page} page */
 export async function watchShifts(page) {
   await page.addInitScript(() => {
     /** @type {{ value: number, what: string[] }[]} */
@@ -25,19 +25,19 @@ export async function watchShifts(page) {
   });
 }
 
-/** What the interface answers, but for news. @param {URL} url */
+/** Returns true for a request to the interface, except for events. @param {URL} url */
 const ofInterface = ({ pathname }) => pathname.startsWith("/v1/") && !pathname.endsWith("/events");
 
 /**
- * What jumps while a page comes. Answers of the interface are let through one at a time, that asked for last first, each
- * painted before the next one: so they come on no machine, and on none worse.
+ * Returns the layout shifts of a page. Responses are let through one at a time, the last request
+ * first, each painted before the next one: a worse order than on any machine.
  * @param {Page} page @param {() => Promise<void>} open
  */
 export async function jumps(page, open) {
   /** @type {Route[]} */
   const held = [];
   let letting = false;
-  // the page may have gone on to the next one meanwhile, which wants nothing of what was asked for before
+  // the page may have gone on to the next one, which does not need earlier requests
   const gone = () => undefined;
   const letThrough = async () => {
     letting = true;
@@ -52,7 +52,7 @@ export async function jumps(page, open) {
     letting = false;
   };
   await page.route(ofInterface, (route) => {
-    // which shows all that it asks for, much of it, at once
+    // which shows all of its data, much of it, at once
     if (page.url().endsWith("/report")) return route.continue();
     held.push(route);
     return letting ? undefined : letThrough();
@@ -62,9 +62,9 @@ export async function jumps(page, open) {
   return jumped(page);
 }
 
-/** What has jumped since the page was loaded. @param {Page} page */
+/** Returns the shifts since the page was loaded. @param {Page} page */
 async function jumped(page) {
-  // the browser reports what it has painted
+  // the browser reports painted frames
   await painted(page);
   const shifts = await page.evaluate(() => /** @type {{ shifts: Shift[] }} */ (/** @type {any} */ (window)).shifts);
   const sum = shifts.reduce((all, { value }) => all + value, 0);
@@ -72,12 +72,13 @@ async function jumped(page) {
   return sum < MOST ? [] : [`${sum.toFixed(3)} of the window has jumped: ${text}`];
 }
 
-/** Waits until what has changed is seen. @param {Page} page */
+/** Waits until changes are visible. @param {Page} page */
 const painted = (page) =>
   page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0)))));
 
 /**
- * Another language or theme without loading the page anew, as the page of settings does, and a window of another size.
+ * Sets another language or theme without reloading, as the page of settings does, and another size
+ * of the window.
  * @param {import("./harness.js").World} world
  * @param {{ language?: string, theme?: string }} settings @param {{ width: number, height: number }} [size]
  */
@@ -92,7 +93,7 @@ export async function show({ page, loaded }, settings, size) {
   await loaded();
 }
 
-/** Whether the page is wider than its window. @param {Page} page */
+/** Returns an error if the page is wider than its window. @param {Page} page */
 export async function wide(page) {
   const [scrollWidth = 0, clientWidth = 0] = await page.evaluate(() => {
     const { scrollWidth, clientWidth } = document.documentElement;
@@ -104,10 +105,10 @@ export async function wide(page) {
 const PRESSED =
   "a[href], button, input, select, textarea, summary, label.checkbox, label.button, [role=slider], [role=application]";
 
-/** What is pressed on a tablet and not 44 px high and wide, and how much is pressed. @param {Page} page */
+/** Returns controls that are smaller than 44 px on a tablet, and the number of controls. @param {Page} page */
 export function pressed(page) {
   return page.evaluate((pressed) => {
-    // the label is what is pressed of a box; what is hidden until the keyboard reaches it is not pressed
+    // a box is pressed at its label; parts hidden until the keyboard reaches them are not pressed
     const exempt = "input[type=checkbox], input[type=radio], .visually-hidden, .skip, [aria-hidden=true] *";
     const inSentence = (/** @type {Element} */ one) => {
       const sentence = one.closest("p, li, dd");
@@ -126,10 +127,10 @@ export function pressed(page) {
   }, PRESSED);
 }
 
-/** Behind a number, whatever space parts them. */
+/** The unit after a number, whatever space separates them. */
 const UNITS = /(?<=[\d⁰¹²³⁴-⁹]\s)[mµ]m(\/mm[²³⁴-⁹]?)?(?![\p{L}/])/gu;
 
-/** Texts of a page in the pseudo-language that are not of the tables. @param {Page} page @returns {Promise<string[]>} */
+/** Returns texts in the pseudo-language that are not from the tables. @param {Page} page @returns {Promise<string[]>} */
 export function strays(page) {
   return page.evaluate((units) => {
     // texts within texts are marked twice; units are the same in every language
@@ -148,7 +149,7 @@ export function strays(page) {
         if (parent?.closest("[lang]") !== document.documentElement) continue;
       }
       if (parent?.closest("[translate=no], script, noscript, style")) continue;
-      // an option holds text alone: the name by which the interface knows it stands in brackets
+      // an option holds text alone: the interface's name for it is in brackets
       const text = (node.textContent ?? "").replace(parent?.tagName === "OPTION" ? / \([a-z_]+\)$/ : "", "");
       if (!marked(text)) found.push(`${parent?.tagName}: ${node.textContent}`);
     }

@@ -63,7 +63,7 @@ browserTest("beside the map stands the fit: facts, coefficients, errors, interva
       `${f.significant(one.bias_bound, 2)}\u202f${unit}`,
       `${f.interval(one.interval, one.least_squares_std_error)}\u202f${unit}`,
     ]);
-    // what is drawn says the same
+    // the drawing agrees
     for (const said of cells) assert.ok(said && drawn.includes(said.split("\u202f")[0] ?? said), `${said} in ${drawn}`);
   }
 });
@@ -113,7 +113,7 @@ browserTest("a correction has its layers: what it predicts, and what answered it
   await heat.getByText("Face width / %").waitFor();
   near(await cross(), axisOf((await drawnIn(heat)).x, "linear")(share), "per cent");
 
-  // a scale by hand, beyond which heights are counted
+  // a manual scale, outside which heights are counted
   const beyond = withoutMean(answer.measured_um).filter((z) => z !== null && Math.abs(z) > 2);
   await page.getByLabel("Scale limit").selectOption({ label: "±2" });
   await page.waitForURL(/limit=2/);

@@ -1,4 +1,4 @@
-// Measuring: what is dropped becomes an iteration, and what is refused stands at its place.
+// Measuring: a dropped file becomes an iteration, and errors are shown at their places.
 
 import assert from "node:assert/strict";
 import { axisOf, drawnIn, near } from "./drawn.js";

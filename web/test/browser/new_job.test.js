@@ -148,7 +148,7 @@ browserTest("a lost answer makes one job", { offline: true }, async ({ page, ope
   const keys = [];
   await page.route("**/v1/jobs", async (route) => {
     keys.push(route.request().headers()["idempotency-key"] ?? "");
-    // it is stored, but the answer is lost
+    // it is stored, but the response is lost
     await route.fetch();
     if (keys.length === 1) return route.abort("connectionreset");
     return route.continue();

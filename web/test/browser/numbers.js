@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 
 /**
- * Numbers as they are shown, in their order, which have to be the interface's to their last digit.
+ * Checks displayed numbers in their order: they have to be the interface's to their last digit.
  * @param {string | null | undefined} text @param {...(number | undefined)} values
  */
 export function agrees(text, ...values) {
@@ -18,5 +18,5 @@ export function agrees(text, ...values) {
 
 const UNITS = ["µm", "µm/mm", "µm/mm²", "µm/mm³", "µm/mm⁴"];
 
-/** The unit of a coefficient of heights in µm over mm, by its degrees. @param {{ powers: number[] }} coefficient */
+/** Returns the unit of a coefficient of heights in µm over mm, by its degrees. @param {{ powers: number[] }} coefficient */
 export const unitOf = ({ powers }) => UNITS[powers.reduce((sum, one) => sum + one, 0)] ?? "";

@@ -1,4 +1,4 @@
-// What another client does is seen on the page that is open, after a restart of the server too.
+// Changes by another client appear on the open page, after a restart of the server, too.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
@@ -37,7 +37,7 @@ browserTest("the trace, the map and what comes of it follow another client", {},
 
   await following(world, id, `/jobs/${id}/iterations/1/correction`);
   await call("POST", `${at}/correction`, await example("requests/iteration_correction.json"));
-  // records have no events of their own yet: what is measured next is one
+  // records have no events of their own yet: the next measurement is one
   await iteration(id, "flank_z52_remachined.json");
   await page.locator("#answered").waitFor();
   await page.getByText("Measured with iteration 2").or(page.getByText("iteration 2")).first().waitFor();
@@ -128,7 +128,7 @@ browserTest("the list waits while somebody types", { alone: true }, async (world
     if (request.url().includes("/v1/jobs?")) requests += 1;
   });
   await job({ name: "made meanwhile" });
-  // what is asked for now is answered after the event has gone out
+  // a request from now on is answered after the event has gone out
   await page.evaluate(() => fetch("/v1/whoami").then((answer) => answer.text()));
   await page.clock.runFor(5000);
   assert.equal(requests, 0);
@@ -151,7 +151,7 @@ browserTest("who looks away for 30 s is not kept up to date, and is once they lo
       Object.defineProperty(document, "visibilityState", { configurable: true, get: () => now });
       document.dispatchEvent(new Event("visibilitychange"));
     }, state);
-  // a glance elsewhere ends nothing; time goes on by itself beside what is let pass here, so it is a short one
+  // a short change of the tab ends nothing; time also passes by itself, so it is short
   await look("hidden");
   await page.clock.runFor(10_000);
   await look("visible");

@@ -1,4 +1,4 @@
-// Every page with something on it, and every dialog, for what holds of all of them. A new one adds a line.
+// Every page with content, and every dialog, for checks of all of them. A new one adds a line.
 
 import { example } from "./harness.js";
 

@@ -1,4 +1,4 @@
-// A job with all that a report tells, and the report as it is on paper.
+// A job with everything that a report has, and the report on paper.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -11,7 +11,7 @@ import { example, painted } from "./harness.js";
 export const run = promisify(execFile);
 
 /**
- * The pages of what the browser prints, as text: runs of space are one.
+ * Returns the pages of the print as text: runs of space are one.
  * @param {World} world
  */
 export async function printed({ page, server }) {
@@ -24,7 +24,7 @@ export async function printed({ page, server }) {
   return { file, pages: pages.map((text) => text.replaceAll(/\s+/gu, " ")) };
 }
 
-/** Two iterations, a correction between them, decisions. @param {World} world @param {object} [change] of the job */
+/** Creates two iterations, a correction between them, decisions. @param {World} world @param {object} [change] of the job */
 export async function story({ job, iteration, call }, change) {
   const { id } = await job(change);
   await iteration(id);
@@ -39,10 +39,10 @@ export async function story({ job, iteration, call }, change) {
   return id;
 }
 
-/** Fails where the first page is higher or wider than its paper. @param {World} world @param {string} lang */
+/** Fails if the first page is higher or wider than its paper. @param {World} world @param {string} lang */
 export async function onPaper({ page }, lang) {
   await page.emulateMedia({ media: "print" });
-  // what is drawn for the width of the paper is drawn anew, once that is known
+  // parts drawn for the width of the paper are drawn again, once that is known
   await painted(page);
   await painted(page);
   const [tall, wide] = await page.locator(".report-cover").evaluate((cover) => {

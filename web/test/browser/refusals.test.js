@@ -1,10 +1,10 @@
-// What goes wrong, where it is told, and that nothing typed is lost by it.
+// Failures, the places of their messages, and that no input is lost by them.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { browserTest, example } from "./harness.js";
 
-/** A server that has too much to do for now. @param {import("playwright-core").Route} route @param {number} seconds */
+/** A temporarily overloaded server. @param {import("playwright-core").Route} route @param {number} seconds */
 function busy(route, seconds) {
   const body = { type: "about:blank", title: "Busy", status: 503, code: "overloaded", detail: "Busy." };
   return route.fulfill({
@@ -23,7 +23,7 @@ browserTest("who lets a fit stand second is told what stands", { statuses: [412]
   const refit = JSON.parse(await example("requests/refit.json"));
   const [mine, theirs] = [await call("POST", `${at}/fits`, refit), await call("POST", `${at}/fits`, refit)];
   await open(`/jobs/${id}/iterations/1/lambda?fit=${mine.id}`);
-  // the event of what others do waits while a dialog is open
+  // the event of others' changes waits while a dialog is open
   const row = page.getByRole("row").filter({ hasText: "shown here" });
   await row.getByRole("button", { name: "Choose this fit" }).click();
   const dialog = page.getByRole("dialog");
@@ -76,7 +76,7 @@ browserTest(
     await page.getByRole("heading", { name: "kept through it all" }).waitFor();
     const { items } = await call("GET", "/v1/jobs");
     assert.deepEqual([items.length, items[0].gear.normal_module_mm], [1, 1.25]);
-    // and what has been sent is not offered again
+    // and sent input is not offered again
     await open("/jobs/new");
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "");
   },
@@ -168,7 +168,7 @@ browserTest(
       await again.waitFor();
     };
     await begin("put off");
-    // time goes on by itself beside what is let pass here, so that there is much room
+    // time also passes by itself, so there is a wide margin
     await page.clock.runFor(20_000);
     assert.equal(keys.length, 1);
     await page.clock.runFor(31_000);
@@ -198,7 +198,7 @@ browserTest(
     assert.deepEqual([keys.length, new Set(keys).size], [5, 1]);
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "never");
 
-    // and not against the will of who has sent it
+    // and not against the will of the sender
     keys.length = 0;
     await page.getByRole("button", { name: "Create the job" }).click();
     await page.getByRole("button", { name: "Do not resend" }).click();

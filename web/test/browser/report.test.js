@@ -1,4 +1,4 @@
-// The report: what is on paper, and that the first page is one page.
+// The report: its contents on paper, and that the first page is one page.
 
 import assert from "node:assert/strict";
 import { formats } from "../../app/lib/format.js";
@@ -27,7 +27,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
     );
   }
   for (const fit of chosen) holds(first, [f.three(fit.rms), f.three(fit.lambda_star), fit.criterion]);
-  // what is absent says so, and why
+  // absent values have a reason
   holds(first, ["No limits, or no uncertainty", "iteration 2 has none"]);
   assert.ok(!first.includes("Flank maps"), "the rest begins on the next page");
   assert.match(pages[1] ?? "", /Flank maps/);
@@ -35,7 +35,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
   const { stdout } = await run("pdfinfo", [file]);
   assert.match(stdout, /Page size: +59\d\.?\d* x 84\d\.?\d* pts \(A4\)/);
   assert.equal(Number(/Pages: +(\d+)/.exec(stdout)?.[1]), pages.length);
-  // with a column of changes, which a report that takes its figures from traces has not
+  // with a column of changes, which a report with figures from traces lacks
   for (const lang of ["de", "en"]) {
     await open(`/jobs/${id}/report?lang=${lang}`);
     await onPaper(world, lang);
@@ -160,7 +160,7 @@ browserTest("names are text in print too, and long ones leave the first page one
   assert.equal(alone.pages.length, 1);
   const { fits } = await world.call("GET", `/v1/jobs/${long.id}/iterations/1`);
   const slope = fits[0].figures.profile_slope_um;
-  // without a correction and without traces the fit's own figures stand there
+  // without a correction and without traces it has the fit's own figures
   holds(alone.pages[0] ?? "", [
     "rejected",
     "Signature",
@@ -275,7 +275,7 @@ for (const [lang, words] of /** @type {const} */ ([
     // the charts fill a page, the tables follow
     const first = pages.join(" ");
     holds(first, [words.title, words.single, words.outside]);
-    // how wide the space about the dots is, is the font's
+    // the space around the dots depends on the font
     const tight = first.replaceAll(" … ", "…");
     const limits = (/** @type {readonly number[]} */ ends) =>
       holds(tight, [ends.map((end) => f.input(end).replace("-", "−")).join("…")]);
@@ -290,7 +290,7 @@ for (const [lang, words] of /** @type {const} */ ([
     assert.deepEqual([result.left.single_pitch_within, result.runout.within], [false, true]);
     holds(first, [`${f.um(result.runout.runout_um)} ✓`, words.note]);
     limits(result.runout.limits_um);
-    // of the second iteration, which has none, only the warnings speak
+    // of the second iteration, which has none, only the warnings are shown
     const [own = ""] = first.split(words.warnings);
     assert.ok(!own.includes("Iteration 2"), own);
     // all of an iteration on one page, with nothing to press

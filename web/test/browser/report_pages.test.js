@@ -47,7 +47,7 @@ browserTest("the figures behind the first page are the interface's, part by part
     for (const [i, trace] of traces.entries()) {
       const [tooth, , slope, form, total, crowning] = rows[i] ?? [];
       assert.equal(tooth, `Tooth ${trace.tooth}`);
-      // errors are expected where noise was
+      // errors are given if noise was
       agrees(slope, ...[trace.slope_um, trace.slope_std_error_um].slice(0, trace.slope_std_error_um ? 2 : 1));
       agrees(form, trace.form_um);
       agrees(total, trace.total_um);

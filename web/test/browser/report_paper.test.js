@@ -13,7 +13,7 @@ const LANGUAGES = /** @type {const} */ ({
 });
 
 /**
- * Extents on paper, mm, of the lines of a page that are drawn with a given pen width.
+ * Returns extents on paper, mm, of the lines of a page that are drawn with a given pen width.
  * @param {string} svg of pdftocairo @param {number} pen
  */
 function linesOf(svg, pen) {

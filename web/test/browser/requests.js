@@ -1,18 +1,18 @@
-// What a page asks for, noted in the page itself: of events of the browser a test hears late, and
-// in no certain order.
+// Requests of a page, noted in the page itself: a test receives events of the browser late, and in
+// no certain order.
 
 /** @typedef {import("playwright-core").Page} Page */
 /**
- * When each request began, in ms, and how many were under way at once.
+ * The times at which requests began, in ms, and the greatest number under way at once.
  * @typedef {{ times: number[], running: number, most: number }} Requests
  */
 
-/** What reads a response. */
+/** Methods that read a response. */
 const READS = /** @type {const} */ (["json", "text", "arrayBuffer", "blob"]);
 
 /**
- * Has the pages that are opened from now on note their requests to places that end so, each as
- * under way until the page has read its answer.
+ * Has pages opened from now on note their requests to paths with this end, each as under way until
+ * the page has read its response.
  * @param {Page} page @param {string} end
  * @returns {Promise<() => Promise<Requests>>} what was requests since the page was loaded
  */
@@ -36,7 +36,7 @@ export async function watchRequests(page, end) {
         };
         try {
           const response = await own(input, init);
-          // what is refused may be requests again and not be read
+          // a refused request may be sent again without being read
           if (!response.ok) ended();
           for (const name of reads) {
             const read = response[name].bind(response);

@@ -1,4 +1,4 @@
-// What a job asks of its flanks, and figures held against it.
+// The requirements of a job, and figures compared with them.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
@@ -38,7 +38,7 @@ browserTest("requirements are shown, edited, and refused where they cannot be", 
   await dialog.getByLabel("Upper line").fill("0 2\n15 2");
   await dialog.getByLabel("Lower line").fill("0 -10\n7,5 3\n15 -10");
   await page.getByRole("button", { name: "Save" }).click();
-  // a lower line above the upper one: the server says where
+  // a lower line above the upper one: the server names the place
   await dialog.locator(".fault [lang=en]").first().waitFor();
   await dialog.getByLabel("Lower line").fill("0 -10\n7,5 -3\n15 -10");
   await page.getByRole("button", { name: "Save" }).click();
@@ -82,7 +82,7 @@ browserTest(
     await dialog.getByLabel("Total cumulative pitch, Both flanks, from", { exact: true }).fill("20");
     await to("Total cumulative pitch, Both flanks").fill("20");
     await page.getByRole("button", { name: "Save" }).click();
-    // two ends that are one: the server says so at the figure
+    // equal ends: the server reports them at the figure
     const row = dialog.getByRole("group", { name: "Total cumulative pitch" }).first();
     await row.locator(".fault [lang=en]").waitFor();
     await dialog.getByLabel("Total cumulative pitch, Both flanks, from", { exact: true }).fill("0");

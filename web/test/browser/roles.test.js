@@ -1,4 +1,4 @@
-// What a role may not do is not offered; what is refused all the same says why.
+// Actions that a role lacks permission for are hidden; a refusal gives the reason.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";

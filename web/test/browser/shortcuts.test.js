@@ -1,4 +1,4 @@
-// Single keys: they lead from iteration to iteration in the view that is shown, and can be switched off.
+// Single keys: they lead from iteration to iteration in the current view, and can be turned off.
 
 import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
@@ -26,7 +26,7 @@ browserTest("[ and ] lead to the same view of the iteration before and after", {
     await page.keyboard.press("[");
     await page.waitForURL(`**${iteration(1)}${view}`);
   }
-  // what is of no iteration leads to a map
+  // views without an iteration lead to a map
   await open(`/jobs/${id}`);
   await page.keyboard.press("[");
   await page.waitForURL(`**${iteration(2)}`);

@@ -1,4 +1,4 @@
-// What the statistician looks at.
+// Statistics of a fit.
 
 import assert from "node:assert/strict";
 import { formats } from "../../app/lib/format.js";

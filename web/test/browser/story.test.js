@@ -1,5 +1,5 @@
-// A gear from the new job to the printed report, by pointer and by keyboard alone: what the pages say at each step is
-// what the interface answers.
+// A gear from the new job to the printed report, by pointer and by keyboard alone: the pages show
+// the interface's numbers at each step.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -69,7 +69,7 @@ async function story(world, { press, type, pick }) {
   ])
     await page.locator(`[data-extreme="${name}"]`, { hasText: `${f.um(Number(value))} µm` }).waitFor();
 
-  // λ* by gcv: kept, and let stand
+  // λ* by gcv: stored, and chosen
   await press(link("λ*"));
   await page.waitForURL("**/lambda");
   await loaded();
@@ -140,7 +140,7 @@ async function story(world, { press, type, pick }) {
   assert.deepEqual([first.decision, second.decision], ["remachine", "accepted"]);
   assert.equal(first.fits.find((/** @type {any} */ fit) => fit.chosen).criterion, "gcv");
 
-  // the trace tells it
+  // the trace has it
   await press(link("Trace"));
   await page.waitForURL("**/trace");
   await loaded();

@@ -1,4 +1,5 @@
-// A stream as it is measured: why there is no result yet, the estimate as others add nodes, its end.
+// A stream during a measurement: the reason for a missing result, the estimate as others add nodes,
+// its end.
 
 import assert from "node:assert/strict";
 import { watchRequests } from "./requests.js";
@@ -72,7 +73,7 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   const written = `${greatest < 0 ? "−" : "+"}${Math.abs(greatest).toFixed(1)}`;
   const most = (await map.locator('[data-extreme="maximum"]').textContent()) ?? "";
   assert.ok(most.includes(written.replace("+", "")), `${most}: ${written}`);
-  // whoever has chosen goes on seeing news
+  // a selection does not hold back events
   await send([1]);
   await page.locator('[data-sequence="4"]').waitFor();
 });
@@ -120,7 +121,7 @@ browserTest("many blocks are asked for at most twice a second", {}, async (world
   for (let i = 0; i < 24; i += 1) await send([i % 9]);
   await page.locator('[data-sequence="24"]').waitFor();
   const times = (await requests()).times.slice(before);
-  // where 24 blocks take long there is time for more
+  // slow processing of 24 blocks takes more time
   const most = Math.max(12, 2 + (performance.now() - begun) / 500);
   assert.ok(times.length > 0 && times.length < most, `${times}`);
   for (const [i, time] of times.entries()) {

@@ -1,4 +1,5 @@
-// Files of gear testers and of gear programs, as tests drop them: written here, so that nothing of a reader is in them.
+// Files of gear testers and of gear programs, for dropping: written here, without any reader's
+// code.
 
 const MODULE = 1;
 const TEETH = 52;
@@ -84,7 +85,7 @@ export function curvesFile() {
   return `\uFEFF${lines.join("\r\n")}\r\n`;
 }
 
-/** The gear and what was printed of it. */
+/** The gear and its printed values. */
 export function valuesFile() {
   return `\uFEFF${[...head("MW"), "10111 : fHb links 1          :   -2.9", "31610 : Fr : 30.1", ""].join("\r\n")}`;
 }

@@ -24,7 +24,7 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
     paths.push(new URL(request.url()).pathname);
   });
   await open(`/jobs/${id}/trace`);
-  // the trace is whole: no iteration is asked for beside it
+  // the trace is complete: no iteration is requested in addition
   assert.deepEqual(
     paths.filter((path) => /iterations/.test(path)),
     [],

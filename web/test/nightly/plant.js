@@ -1,6 +1,6 @@
-// A plant, as docs/how-to/plant.md has it: PostgreSQL, two servers on it, and before them haproxy by
-// deploy/haproxy.cfg, with TLS by a certificate of an authority of its own. The browser comes through
-// the proxy alone; who else there is asks a server itself.
+// A plant, as in docs/how-to/plant.md: PostgreSQL, two servers on it, and before them haproxy by
+// deploy/haproxy.cfg, with TLS by a certificate of an authority of its own. The browser comes
+// through the proxy alone; other clients use a server directly.
 
 import assert from "node:assert/strict";
 import { execFile, spawn } from "node:child_process";
@@ -35,23 +35,23 @@ import { callOf, program, serve } from "../browser/harness.js";
 
 const run = promisify(execFile);
 const configuration = fileURLToPath(new URL("../../../deploy/haproxy.cfg", import.meta.url));
-/** Not of the network: the browser is told where it is. */
+/** A host name without DNS: the browser gets its address as an argument. */
 const HOST = "plant.test";
-/** The user as whom PostgreSQL runs where it must not run as root. */
+/** The user of PostgreSQL, which does not run as root. */
 const NOBODY = 65_534;
-/** What a wait may take at most. */
+/** The longest wait. */
 const PATIENCE_MS = Number(process.env["FLANKFIT_WAIT_MS"] ?? 30_000);
-/** The line of the configuration that comes to speak TLS. */
+/** The line of the configuration that enables TLS. */
 const BIND = /^ *bind "\$\{PLANT_LISTEN\}"$/m;
 const NAMES = /** @type {const} */ (["one", "two"]);
 
-/** Where a program is. @param {string} name @param {readonly string[]} folders beside those of PATH */
+/** Returns the path of a program. @param {string} name @param {readonly string[]} folders beside those of PATH */
 function found(name, folders = []) {
   const all = [...(process.env["PATH"] ?? "").split(path.delimiter), ...folders];
   return all.map((folder) => path.join(folder, name)).find((file) => existsSync(file));
 }
 
-/** The folder of PostgreSQL's programs, which Debian keeps out of the path. */
+/** Returns the folder of PostgreSQL's programs, which Debian keeps out of the path. */
 function postgres() {
   const versions = "/usr/lib/postgresql";
   const installed = existsSync(versions) ? readdirSync(versions).map((one) => path.join(versions, one, "bin")) : [];
@@ -62,7 +62,7 @@ function postgres() {
 
 const haproxy = () => found("haproxy", ["/usr/sbin", "/usr/local/sbin"]);
 
-/** Why there can be no plant on this machine. @returns {string | undefined} */
+/** The reason for which this machine cannot run a plant. @returns {string | undefined} */
 export function lacking() {
   const programs = { PostgreSQL: postgres(), haproxy: haproxy(), openssl: found("openssl") };
   const away = Object.entries(programs).flatMap(([name, place]) => (place ? [] : [name]));
@@ -70,7 +70,7 @@ export function lacking() {
 }
 
 /**
- * Waits until something holds.
+ * Polls until a condition holds.
  * @template Value @param {string} what @param {() => Promise<Value>} look @param {(value: Value) => boolean} holds
  */
 export async function until(what, look, holds) {
@@ -83,17 +83,17 @@ export async function until(what, look, holds) {
   }
 }
 
-/** Ports that were looked at. @type {Set<number>} */
+/** Ports already returned. @type {Set<number>} */
 const lookedAt = new Set();
 
 /**
- * A port that is free, and that the system gives to no client: a server must find it again after it was killed. Nor do
- * the plants of tests in Rust look for theirs there.
+ * Returns a free port that the system gives to no client: a server must find it again after it was
+ * killed. The plants of tests in Rust use other ones.
  */
 async function freePort() {
   for (;;) {
     const port = 12_000 + Math.floor(Math.random() * 8_000);
-    // several are looked for at once, and each is free until somebody listens
+    // several are searched at once, and each is free until somebody listens
     if (lookedAt.has(port)) continue;
     lookedAt.add(port);
     const free = await new Promise((resolve) => {
@@ -110,7 +110,8 @@ printf "listen_addresses=''\\nunix_socket_directories='$PWD'\\n" >>data/postgres
 cat; "$BIN/pg_ctl" -D data -m immediate -w stop >>log; rm -rf "$PWD"`;
 
 /**
- * A child of the shell whose script reads its input, which ends with this process, however that ends.
+ * Starts a child of the shell whose script reads its input, which ends with this process, however
+ * that ends.
  * @param {string} script @param {readonly string[]} args @param {import("node:child_process").SpawnOptions} options
  */
 function keeper(script, args, options) {
@@ -125,7 +126,7 @@ function keeper(script, args, options) {
   return { said, complaints: text(child.stderr), end };
 }
 
-/** A database on a server of its own, on a Unix socket. */
+/** Starts a database on a server of its own, on a Unix socket. */
 async function database() {
   const folder = await mkdtemp(path.join(tmpdir(), "ff"));
   const root = process.getuid?.() === 0;
@@ -139,7 +140,7 @@ async function database() {
   return { url: `postgres://owner@localhost/postgres?host=${folder}`, end: kept.end };
 }
 
-/** A certificate for the host, by an authority that is made for it alone. @param {string} folder */
+/** Makes a certificate for the host, by an authority made for it alone. @param {string} folder */
 async function certificate(folder) {
   const openssl = (/** @type {string} */ line) => run("openssl", line.split(" "), { cwd: folder });
   const newKey = "-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes";
@@ -158,7 +159,7 @@ async function certificate(folder) {
 }
 
 /**
- * The proxy, which says what it does.
+ * Starts the proxy, which logs its actions.
  * @param {string} folder @param {number} port @param {readonly number[]} ports of the servers
  */
 async function proxy(folder, port, ports) {
@@ -167,7 +168,7 @@ async function proxy(folder, port, ports) {
   const { file, trusted } = await certificate(folder);
   const [own, socket] = ["haproxy.cfg", "socket"].map((name) => path.join(folder, name));
   assert.ok(own && socket);
-  // without the third server, at whose address another could come to listen
+  // without the third server, at whose address another process could listen
   const withTls = given.replace(BIND, `$& ssl crt ${file} alpn h2,http/1.1`).replaceAll(/^ *server three .*$/gm, "");
   await writeFile(own, withTls.replace(/^global$/m, `$&\n    stats socket ${socket} level admin`));
   const [one, two] = ports.map((at) => `127.0.0.1:${at}`);
@@ -191,7 +192,7 @@ async function proxy(folder, port, ports) {
 export async function startPlant() {
   const folder = await mkdtemp(path.join(tmpdir(), "flankfit-plant-"));
   const [store, port, ...ports] = await Promise.all([database(), freePort(), freePort(), freePort()]);
-  // makes the schema, too
+  // creates the schema, too
   const first = ["keys", "create", "--tenant", "plant", "--role", "admin", "--database-url", store.url];
   const admin = (await run(program(), first)).stdout.trim();
   const options = [`--database-url=${store.url}`, "--auth=required", "--trusted-proxies=127.0.0.0/8"];
@@ -200,7 +201,7 @@ export async function startPlant() {
   const servers = /** @type {const} */ ([one, two]);
   const front = await proxy(folder, port, ports);
 
-  /** What the proxy knows of a server, by names. @param {Which} which @returns {Promise<Record<string, string>>} */
+  /** Returns the proxy's state of a server, by names. @param {Which} which @returns {Promise<Record<string, string>>} */
   const known = async (which) => {
     const [head, ...lines] = (await front.ask("show stat")).split("\n").map((line) => line.split(","));
     const line = lines.find(([backend, name]) => backend === "jobs" && name === NAMES[which]) ?? [];

@@ -1,6 +1,6 @@
 // The dashboard on a plant: two servers on one PostgreSQL, and the browser comes by TLS through
-// haproxy. One of them may be lost at any time, and what is done at the other is seen. One plant for
-// all of these tests.
+// haproxy. Either may be lost at any time, and changes at the other are shown. One plant for all of
+// these tests.
 
 import assert from "node:assert/strict";
 import { atEnd, counted, doNotSendAgain, example, holdsTheseFiles, inBrowser, withMore } from "../browser/harness.js";
@@ -13,7 +13,7 @@ import { lacking, startPlant, until } from "./plant.js";
 /** @typedef {Pick<import("../browser/harness.js").World, "page" | "open" | "loaded" | "startAgain"> & { plant: Plant }} World */
 
 const why = lacking();
-/** The gate takes no excuse. */
+/** Required programs may not be missing. */
 const skip = process.env["FLANKFIT_TEST_POSTGRES"] === "required" ? undefined : why;
 
 /** The plant of all these tests. @type {Promise<Plant> | undefined} */
@@ -63,11 +63,11 @@ const newJob = async (call, name) =>
 const measure = async (call, id, file = "flank_z52.json") =>
   call("POST", `/v1/jobs/${id}/iterations`, await example(file));
 
-/** When a document was begun: another after a reload. @param {Page} page */
+/** Returns the time at which a document was loaded: another after a reload. @param {Page} page */
 const birth = (page) => page.evaluate(() => performance.timeOrigin);
 
 /**
- * Does what opens a page, and waits until it follows what happens.
+ * Opens a page, and waits until it follows events.
  * @param {Page} page @param {() => Promise<unknown>} opened
  */
 async function following(page, opened) {
@@ -77,7 +77,7 @@ async function following(page, opened) {
 }
 
 /**
- * Does what opens a page of a job, and waits until nothing is under way but news.
+ * Opens a page of a job, and waits until only events are under way.
  * @param {Page} page @param {() => Promise<unknown>} opened
  */
 async function rests(page, opened) {
@@ -86,7 +86,7 @@ async function rests(page, opened) {
     if (request.url().includes("/trace?")) count += 1;
   });
   await following(page, opened);
-  // once more when it is told of news
+  // once more upon an event
   await until(
     "what is read with the first news",
     async () => count,
@@ -136,7 +136,7 @@ plantTest("what is stored through another server is shown without a reload", { r
   assert.ok((await plant.metric(0, 'flankfit_open_connections{kind="events"}')) > 0);
 });
 
-/** Gives the dialog that asks for a key one. @param {Page} page @param {string} key @param {boolean} [remember] */
+/** Enters a key into the dialog. @param {Page} page @param {string} key @param {boolean} [remember] */
 async function enterKey(page, key, remember = false) {
   const dialog = page.getByRole("dialog", { name: "API key" });
   await dialog.getByLabel("Key", { exact: true }).fill(key);
@@ -151,7 +151,7 @@ plantTest("each role is offered what it may do", { role: "reader" }, async ({ pa
   const button = (/** @type {string} */ name) => page.getByRole("button", { name, exact: true });
   const link = (/** @type {string} */ name) => page.getByRole("link", { name, exact: true });
   /**
-   * Goes on by a link, in the same document, and says which of these is offered there.
+   * Follows a link, in the same document, and returns which of these are offered there.
    * @param {Locator} to @param {Locator} seen @param {Record<string, Locator>} named
    */
   const through = async (to, seen, named) => {
@@ -207,7 +207,7 @@ plantTest(
     const decide = page.getByRole("dialog").filter({ hasText: "iteration 1" });
     await decide.getByLabel("Reason").fill("burnt at the tip");
 
-    // another tab of the browser takes another key, for both
+    // another tab of the browser sets another key, for both
     const tab = await page.context().newPage();
     await tab.goto(`${plant.server.url}/settings`);
     await tab.getByRole("button", { name: "Enter a key" }).click();
@@ -279,7 +279,7 @@ plantTest(
     await rests(looking, () => looking.goto(`${plant.server.url}/jobs/${id}`));
     const born = await birth(looking);
     await rests(page, () => open(`/jobs/${id}/measure`));
-    // more than the proxy keeps to send it again itself
+    // more than the proxy buffers to send again by itself
     await page.setInputFiles("#measure-files", grid(40, { model: { type: "polynomial", degree: 2 } }));
     await page.locator(".queue-entry canvas").waitFor();
     await page.getByLabel("Operator").fill("A. B.");
@@ -292,7 +292,7 @@ plantTest(
         answers.push([response.status(), request.headers()["idempotency-key"]]);
     });
 
-    // it does not get to answer; the proxy takes it for lost when it has not for some seconds
+    // it gives no response; the proxy takes it for lost after some seconds
     const before = await plant.requests(0);
     await plant.servers[0].signal("SIGSTOP");
     await page.getByRole("button", { name: "Store as iteration" }).click();
@@ -305,15 +305,15 @@ plantTest(
     await plant.servers[0].signal("SIGKILL");
 
     await page.waitForURL(`**/jobs/${id}/iterations/1`);
-    // the browser tells a test of answers when the page may have gone on; a server that needs more
-    // than a second says 202, and the page asks it for the rest
+    // the browser reports responses to a test when the page may have gone on; a server that needs
+    // more than a second says 202, and the page requests the rest
     const last = () => answers.at(-1)?.[0] ?? 0;
     await until(
       "the answer",
       async () => last(),
       (status) => [201, 202].includes(status),
     );
-    // a proxy answers so, or not at all, and the browser sends it again as does the page
+    // a proxy gives such a response, or none, and the browser resends as the page does
     const lost = answers.slice(0, -1).map(([status]) => status);
     assert.deepEqual(
       lost.filter((status) => status !== 502),
@@ -326,7 +326,7 @@ plantTest(
     const stored = await plant.at(1)("GET", `/v1/jobs/${id}/iterations/1`);
     assert.deepEqual([stored.operator, stored.note, stored.node_count], ["A. B.", "typed before it was lost", 1600]);
 
-    // whoever looked on is told by the other server, also of what comes next
+    // the other server sends events to an open page, also for later changes
     await looking.getByText("Decide on iteration 1").waitFor();
     await plant.at(1)("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
     await looking.getByText("Iteration 1 is accepted").waitFor();
@@ -349,7 +349,7 @@ plantTest(
     await page.setInputFiles("#measure-files", grid(4, { model: { type: "polynomial", degree: 1 } }));
     await page.locator(".queue-entry canvas").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
-    // seen where the button is, at the end of a long page
+    // visible at the button, at the end of a long page
     const says = "Your input is queued and will be resent";
     const above = (/** @type {string} */ text) =>
       [...document.querySelectorAll(".notice")].some(
@@ -379,7 +379,7 @@ plantTest("all that a page asks for comes from the proxy, by TLS alone", { role:
   page.on("response", (response) => responses.push(response));
   for (const place of ["/jobs", `/jobs/${id}/measure`, `/jobs/${id}/iterations/1`, `/jobs/${id}/report`])
     await open(place);
-  /** All that came from one place. */
+  /** Returns all responses that came from one place. */
   const byPlace = async () => {
     /** @type {Map<string, Record<string, string>[]>} */
     const known = new Map();
@@ -387,7 +387,7 @@ plantTest("all that a page asks for comes from the proxy, by TLS alone", { role:
       known.set(response.url(), [...(known.get(response.url()) ?? []), await response.allHeaders()]);
     return [...known];
   };
-  // what comes from the browser's own cache comes without this one, and may be told of first
+  // responses from the browser's own cache do not count, and may be reported first
   const strict = (/** @type {Record<string, string>} */ one) => one["strict-transport-security"] === "max-age=31536000";
   const known = await until("what comes by TLS", byPlace, (all) => all.every(([, answers]) => answers.some(strict)));
   for (const [place, answers] of known) {
@@ -411,7 +411,7 @@ plantTest("all that a page asks for comes from the proxy, by TLS alone", { role:
   const safe = await page.evaluate(() => [isSecureContext, document["cookie"], location.protocol]);
   assert.deepEqual(safe, [true, "", "https:"]);
   assert.deepEqual(await page.context().cookies(), []);
-  // the browser has been told to come by nothing else, and what the servers tell about themselves is not to be had
+  // the browser may use no other connection, and the servers' internal endpoints are not available
   const again = await page.context().newPage();
   const byHttp = await again.goto(`${url.replace("https:", "http:")}/metrics`);
   assert.deepEqual([byHttp?.url(), byHttp?.status()], [`${url}/metrics`, 404]);

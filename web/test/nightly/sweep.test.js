@@ -1,4 +1,4 @@
-// Every page, each in all that holds of it: accessibility, languages, narrow screens, a reload.
+// All checks of every page: accessibility, languages, narrow screens, a reload.
 
 import assert from "node:assert/strict";
 import { asTables, graphics } from "../browser/graphics.js";
@@ -10,19 +10,19 @@ import { closes, opens, pageList, visit } from "../browser/pages.js";
 /** @typedef {import("playwright-core").Page} Page */
 
 const DESK = { width: 1280, height: 800 };
-/** A tablet is turned: both widths are of one. */
+/** A tablet in both orientations. */
 const TABLETS = [
   { width: 1000, height: 1024 },
   { width: 768, height: 1024 },
 ];
 const PHONE = { width: 360, height: 740 };
 
-/** What a reader of the page has before them. @param {Page} page */
+/** The content of the page. @param {Page} page */
 const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
 
 /**
- * The faults of what is shown, by all that holds of pages and dialogs: window, theme and language are changed and set
- * back. Each theme is looked at by axe, and each width: light on the desk, dark on a tablet.
+ * Returns the errors of the current page or dialog: window, theme and language are changed and
+ * restored. Each theme is checked by axe, and each width: light on the desk, dark on a tablet.
  * @param {World} world @param {string} [part] that axe looks at, by default the page
  */
 async function looked(world, part) {
@@ -64,7 +64,7 @@ browserTest("every page stands, in each theme, language and width", { settings: 
     const before = await seen(page);
     if (page.url() !== address) add([`stands at ${page.url()}`]);
     add(await looked(world));
-    // what is seen stands in the address
+    // the address has the whole view
     if (!listed.fill) {
       await page.reload();
       await loaded();

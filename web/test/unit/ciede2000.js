@@ -1,6 +1,5 @@
 // Differences of colours as people see them: CIEDE2000 (Sharma, Wu, Dalal 2005) of CIELAB under
-// D65, and sRGB as it is seen without red or green cones (Machado, Oliveira, Fernandes 2009,
-// severity 1).
+// D65, and sRGB without red or green cones (Machado, Oliveira, Fernandes 2009, severity 1).
 
 /** @typedef {readonly [number, number, number]} Triple */
 
@@ -29,7 +28,7 @@ const TO_XYZ = /** @type {const} */ ([
 ]);
 const WHITE = /** @type {const} */ ([0.95047, 1, 1.08883]);
 
-/** A colour of 0…255 as an eye sees it, in CIELAB. @param {keyof typeof EYES} eye @param {Triple} rgb @returns {Triple} */
+/** Converts a colour of 0…255 to CIELAB as an eye sees it. @param {keyof typeof EYES} eye @param {Triple} rgb @returns {Triple} */
 export function seenBy(eye, rgb) {
   const linear = /** @type {Triple} */ (/** @type {unknown} */ (rgb.map((value) => linearOf(value / 255))));
   const seen = times(EYES[eye], linear);

@@ -1,4 +1,4 @@
-// What is sent again, and what is not; when a page counts as live again.
+// Resending of requests, and its limits; the end of an outage.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
@@ -20,12 +20,12 @@ const { ApiError, OfflineError } = await import("../../app/api/problem.js");
 /** @typedef {{ status: number, key: string | null, body: string }} Sent */
 /** @type {Sent[]} */
 let sent = [];
-/** What the server answers, one after the other, and then 201; 0: nothing. @type {{ status: number, after?: string, proxy?: boolean }[]} */
+/** The responses of the server, one after the other, and then 201; 0: none. @type {{ status: number, after?: string, proxy?: boolean }[]} */
 let answers = [];
 let alive = false;
 
 globalThis.fetch = async (/** @type {RequestInfo | URL} */ input) => {
-  // whether it is there is asked again and again while it is not
+  // the server is polled until it responds
   if (!(input instanceof Request)) return new Response("{}", { status: alive ? 200 : 502 });
   const { status, after, proxy } = answers.shift() ?? { status: 201 };
   sent.push({ status, key: input.headers.get("x-api-key"), body: await input.clone().text() });
@@ -37,7 +37,7 @@ globalThis.fetch = async (/** @type {RequestInfo | URL} */ input) => {
 const decision = (/** @type {Record<string, string>} */ headers = { "idempotency-key": "k" }) =>
   new Request("http://server/v1/jobs/1", { method: "POST", body: "accept", headers });
 
-/** What was sent, and how each was answered. */
+/** Sent requests, and their responses. */
 const tried = () => sent.map(({ status, body }) => [status, body]);
 
 beforeEach(() => {
@@ -78,7 +78,7 @@ test("it is tried five times, and not for longer than a minute", async (t) => {
   const now = t.mock.method(performance, "now", () => 0);
   const sends = async () => {
     const outcome = assert.rejects(sendAgain(decision(), transport), OfflineError);
-    // each pause, and whatever is done beside
+    // each pause, and pending work
     for (let i = 0; i < 100; i += 1) {
       await new Promise((resolve) => setImmediate(resolve));
       t.mock.timers.tick(1000);

@@ -1,4 +1,4 @@
-// What is sent of an edited job, and what becomes of it where another has stored his own meanwhile.
+// The changes of an edited job, and their merge with another's changes.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// What narrows the list of jobs down, and how many there are then.
+// Filters of the list of jobs, and the counts of matching jobs.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

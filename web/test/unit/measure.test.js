@@ -1,4 +1,4 @@
-// Files of measurements before they are sent, and the request that becomes of the fields.
+// Files of measurements before they are sent, and the request made of the fields.
 
 import assert from "node:assert/strict";
 import { readFile as bytesOf } from "node:fs/promises";

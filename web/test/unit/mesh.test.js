@@ -1,4 +1,4 @@
-// What is seen at a place of the picture of a flank in space.
+// The visible node at a place of the picture of a flank in space.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// What a table is taken for, and how that is changed.
+// The interpretation of a table, and its changes.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -46,7 +46,7 @@ test("a table is read by the server, and drawn from its answer", () => {
   const content = proposed(table, PROPOSAL);
   assert.deepEqual([content.kind, content.form, content.nodes, content.missing], ["table", "grid", 4, 1]);
   assert.deepEqual([...(content.surface?.z ?? [])], [1, 2, Number.NaN, 4]);
-  // its columns say what the axes are
+  // its columns define the axes
   const typed = answered(EMPTY, content, { name: "left.csv", gear: undefined });
   assert.deepEqual([typed.axes, typed.flank], ["", "left"]);
   assert.ok(!("axes" in specOf(typed, content)));

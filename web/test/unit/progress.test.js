@@ -1,4 +1,4 @@
-// Answers with progress: their response is that of the plain request.
+// Responses with progress: they equal those of the plain request.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ Object.assign(globalThis, { sessionStorage: storage, localStorage: storage });
 const { withProgress } = await import("../../app/api/progress.js");
 const { OfflineError } = await import("../../app/api/problem.js");
 
-/** What the server answers. @type {(request: Request) => Response} */
+/** The response of the server. @type {(request: Request) => Response} */
 let respond;
 globalThis.fetch = async (/** @type {RequestInfo | URL} */ input) =>
   input instanceof Request ? respond(input) : new Response("{}");

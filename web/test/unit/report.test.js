@@ -1,4 +1,4 @@
-// What a report tells by its address, and its page boxes.
+// The contents of a report by its address, and its page boxes.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// What a job asks of its flanks: the form and what it says, and the small flank of its figures.
+// The requirements of a job: the form, its request, and the small flank of its figures.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -76,7 +76,7 @@ test("requirements are sent whole where they were touched, and cleared where not
   assert.deepEqual(patchOf({ ...from, requirements: { class: "", limits: {}, bands: [] } }, from), {
     clear: ["requirements"],
   });
-  // others have set another limit meanwhile: both stand
+  // others have set another limit meanwhile: both are kept
   const theirs = structuredClone(from);
   theirs.requirements.limits[placeOf("both", "twist", 1)] = "7";
   const both = patchOf(rebased(mine, from, theirs), theirs)?.requirements;
@@ -163,12 +163,13 @@ test("the small flank has the figures that it is drawn of", () => {
   assert.ok(Math.abs(heights.reduce((sum, one) => sum + one, 0) / heights.length) < 0.1, "about its mean");
   // the first row is the tip's
   assert.ok((heights[0] ?? 0) > (heights[(ROWS - 1) * COLUMNS] ?? 0));
-  // one that is not told is a left one
+  // an unknown one is a left one
   assert.deepEqual(heightsOf({ figures }), heights);
 });
 
 test("the same helix has its material at the other end on a right flank", () => {
-  // material grows towards face II: towards the right hand on left flanks, towards the left hand on right ones
+  // material increases towards face II: to the right hand on left flanks, to the left hand on right
+  // ones
   const rising = { left: 4, right: -4 };
   const growing = { left: 8, right: -8 };
   const [left, right] = /** @type {const} */ (["left", "right"]).map((flank) => {

@@ -1,4 +1,4 @@
-// What is asked for where a criterion or a value of λ*, k, λ or the rank is chosen.
+// The request for a chosen criterion or a value of λ*, k, λ or the rank.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

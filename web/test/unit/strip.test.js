@@ -1,4 +1,4 @@
-// Over which values an estimate is drawn.
+// The range over which an estimate is drawn.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// Deviations of several teeth, parted into flanks.
+// Deviations of several teeth, separated into flanks.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// Terms as they are written, and digests that tell contents apart.
+// Terms in mathematical notation, and digests that distinguish contents.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,6 +1,6 @@
-// What cannot be told apart, said by the data of a near dependency.
+// A sentence about indistinguishable terms, from the data of a near dependency.
 
-/** The terms that are named; the others are counted. */
+/** The number of terms that are named; the others are counted. */
 const NAMED = 4;
 
 /**

@@ -1,4 +1,5 @@
-// What the server warns of, by the code of the warning. Its own sentence, which has the numbers, stands beside it.
+// German texts of the server's warnings by their codes. The server's own sentence, with the
+// numbers, is shown below.
 
 /** @type {Record<string, string>} */
 export default {
