@@ -37,10 +37,10 @@ function App() {
     arrive(target.page).then(
       (component) => show({ path: place, component, params: target.params }),
       async (/** @type {unknown} */ error) => {
-        const answers = await probe();
+        const responds = await probe();
         // a response without the file of this version means a newer version
-        if (answers) outdated.value = true;
-        show({ path: place, component: null, params: {}, error: answers ? error : new OfflineError("no answer") });
+        if (responds) outdated.value = true;
+        show({ path: place, component: null, params: {}, error: responds ? error : new OfflineError("no answer") });
       },
     );
     return () => {

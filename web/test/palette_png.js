@@ -7,7 +7,7 @@ const SIGNATURE = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
 const COLOURS = 256;
 
 /** @typedef {[number, number, number]} Rgb */
-/** @typedef {{ colours: [number, number][] }} Box colours as 0xRRGGBB with how often each stands */
+/** @typedef {{ colours: [number, number][] }} Box colours as 0xRRGGBB with their counts */
 
 /** @param {Buffer} png of 8 bits for each of red, green, blue (and alpha), not interlaced @returns {Buffer} */
 export function palettePng(png) {

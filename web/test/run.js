@@ -62,15 +62,15 @@ async function end(child, failed) {
 async function work(names, separate, report) {
   while (names.length > 0) {
     const child = fork(worker, [folder], { execArgv: ["--test-reporter=spec"] });
-    let faulty = false;
+    let failing = false;
     do {
       const name = /** @type {string} */ (names.shift());
       const { count, failed, leftOut } = await outcome(child, name);
-      faulty ||= failed.length > 0;
-      const faults = count === 0 && failed.length === 0 ? ["(there is no test in it)"] : failed;
-      report(name, { count, failed: faults, leftOut });
+      failing ||= failed.length > 0;
+      const errors = count === 0 && failed.length === 0 ? ["(there is no test in it)"] : failed;
+      report(name, { count, failed: errors, leftOut });
     } while (!separate && child.connected && names.length > 0);
-    await end(child, faulty);
+    await end(child, failing);
   }
 }
 
@@ -81,19 +81,19 @@ if (files.length === 0) throw new Error(`there are no tests in ${folder}/`);
 const names = [...files].sort((a, b) => place(a) - place(b));
 let all = 0;
 /** @type {string[]} */
-const faults = [];
+const errors = [];
 /** @type {string[]} */
 const last = [];
 const report = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed, leftOut }) => {
   all += count;
   last.push(...leftOut.map((one) => `left out: ${one}`));
-  faults.push(...failed.map((one) => `${name}: ${one}`));
+  errors.push(...failed.map((one) => `${name}: ${one}`));
 };
 await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, report)));
 
-console.log(`${all} tests of ${files.length} files, ${faults.length} failed`);
-for (const fault of faults) console.log(`failed: ${fault}`);
+console.log(`${all} tests of ${files.length} files, ${errors.length} failed`);
+for (const one of errors) console.log(`failed: ${one}`);
 for (const one of last) console.log(one);
 const record = process.env["FLANKFIT_LEFT_OUT"];
 if (record && last.length > 0) await appendFile(record, `${last.join("\n")}\n`);
-process.exitCode = faults.length > 0 ? 1 : 0;
+process.exitCode = errors.length > 0 ? 1 : 0;

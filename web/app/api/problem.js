@@ -16,7 +16,7 @@ export class ApiError extends Error {
   }
 
   /** Returns the errors outside of these pointers and everything below them. @param {readonly string[]} known */
-  faultsElsewhere(known) {
+  errorsElsewhere(known) {
     const errors = this.problem.errors ?? [];
     return errors.filter(({ pointer }) => !known.some((one) => pointer === one || pointer.startsWith(`${one}/`)));
   }
@@ -29,11 +29,9 @@ export class OfflineError extends Error {}
  * Returns the errors at a pointer and below it.
  * @param {unknown} error @param {string} pointer
  */
-export function faultsAt(error, pointer) {
+export function errorsAt(error, pointer) {
   if (!(error instanceof ApiError)) return [];
-  return (error.problem.errors ?? []).filter(
-    (fault) => fault.pointer === pointer || fault.pointer.startsWith(`${pointer}/`),
-  );
+  return (error.problem.errors ?? []).filter((one) => one.pointer === pointer || one.pointer.startsWith(`${pointer}/`));
 }
 
 /** Makes a problem of a response that is not problem+json. @param {Response} response @returns {Problem} */

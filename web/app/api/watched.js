@@ -12,7 +12,7 @@ export class CancelledError extends Error {}
 /**
  * @typedef {object} Watched
  * @property {boolean} running
- * @property {Progress} progress not known before the server has told
+ * @property {Progress} progress not known before the server has reported it
  * @property {() => void} stop
  * @property {<Data>(send: (how: How) => Parameters<typeof answer<Data>>[0], signal?: AbortSignal) => ReturnType<typeof answer<Data>>} run
  *   the answer; `signal` stops it too, as a page does that is left

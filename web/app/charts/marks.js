@@ -83,7 +83,7 @@ export function Whiskers({ plot, points, series = "blue" }) {
 /**
  * A labelled value of one axis: a limit, a choice.
  * @param {{ plot: Plot, x?: number, y?: number, label?: string, kind?: "limit" | "choice" | "zero", row?: number }} props
- *   `row`: labels beside each other stand in rows
+ *   `row`: of the label, so that labels do not overlap
  */
 export function Rule({ plot, x, y, label, kind = "choice", row = 0 }) {
   if (y !== undefined) {

@@ -84,7 +84,7 @@ function said({ name, value, error, interval, intervalError, bias, leastSquares 
 /**
  * The legend of the marks of strips.
  * @param {{ estimates: readonly Drawn[], limited?: boolean, oneScale?: boolean, named?: readonly { name: string, series?: Series, sign?: Drawn["sign"] }[] }} props
- *   of the strips; `named`: what is told apart by colour and shape; `oneScale`: all of a column, not each row its own
+ *   of the strips; `named`: estimates distinguished by colour and shape; `oneScale`: for a whole column, not per row
  */
 export function StripLegend({ estimates, limited = false, oneScale = false, named }) {
   const some = (/** @type {keyof Estimate} */ key) =>

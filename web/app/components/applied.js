@@ -148,7 +148,7 @@ function AppliedForm({ job, number, kept, onDone }) {
           onPresent: (text) => setBefore(name, text),
           value: newOf(name),
           error,
-          fault: shown.has(name) ? t.notNumber : undefined,
+          fieldError: shown.has(name) ? t.notNumber : undefined,
         }),
       )}
     </div>
@@ -174,15 +174,15 @@ const noPresent = () => ({});
 /**
  * The change of a setting, with the values before and after it, unless `present` is undefined.
  * @param {{ name: string, unit: string, change: string, onChange: (text: string) => void, present: string | undefined,
- *   onPresent: (text: string) => void, value: number | undefined, error: unknown, fault: string | undefined }} props
+ *   onPresent: (text: string) => void, value: number | undefined, error: unknown, fieldError: string | undefined }} props
  */
-function Setting({ name, unit, change, onChange, present, onPresent, value, error, fault }) {
+function Setting({ name, unit, change, onChange, present, onPresent, value, error, fieldError }) {
   const id = useId();
   const words = settingName(name);
   const field = { numeric: true, required: true, unit };
   return html`<div class="limits entered-setting" role="group" aria-label=${words}>
     <p class="limits-name"><b translate=${words === name ? "no" : undefined}>${words}</b></p>
-    ${h(TextField, { ...field, label: t.change, value: change, onInput: onChange, error, pointer: `/settings/${escaped(name)}`, fault })}
+    ${h(TextField, { ...field, label: t.change, value: change, onInput: onChange, error, pointer: `/settings/${escaped(name)}`, fieldError })}
     ${
       present !== undefined &&
       html`${h(TextField, {
@@ -191,7 +191,7 @@ function Setting({ name, unit, change, onChange, present, onPresent, value, erro
         label: t.present,
         value: present,
         onInput: onPresent,
-        fault: Number.isNaN(parseNumber(present)) ? t.notNumber : undefined,
+        fieldError: Number.isNaN(parseNumber(present)) ? t.notNumber : undefined,
       })}
         <div class="field">
           <label for=${id}>${t.newValue}</label>

@@ -2,7 +2,7 @@
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
-import { ApiError, faultsAt } from "../api/problem.js";
+import { ApiError, errorsAt } from "../api/problem.js";
 import { t as words } from "../i18n/common.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
@@ -43,16 +43,16 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
   const underway = useRef(/** @type {AbortController | undefined} */ (undefined));
   useEffect(() => () => underway.current?.abort(), []);
   const change = (/** @type {Partial<Draft>} */ part) => setDraft({ ...draft, ...part });
-  const fault = (/** @type {string} */ pointer) =>
+  const fieldError = (/** @type {string} */ pointer) =>
     shown[pointer] === undefined ? undefined : shown[pointer] === "row" ? t.notRow : t.notNumber;
 
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();
     if (busy) return;
-    const { request, faults } = requestOf(draft);
-    setShown(faults);
+    const { request, errors } = requestOf(draft);
+    setShown(errors);
     setError(undefined);
-    if (Object.keys(faults).length > 0) {
+    if (Object.keys(errors).length > 0) {
       notify(t.lookAgain, "failed");
       return;
     }
@@ -77,7 +77,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
   const settings = settingsOf(draft);
   const known = [...AT_FIELDS, ...settings.map(({ name }) => `/limits/${escaped(name)}`)];
   const atFields =
-    error instanceof ApiError && error.problem.errors?.length && error.faultsElsewhere(known).length === 0;
+    error instanceof ApiError && error.problem.errors?.length && error.errorsElsewhere(known).length === 0;
   return html`<form onSubmit=${send} novalidate>
     <div class="fields thirds">
       ${h(SelectField, {
@@ -135,7 +135,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
         numeric: true,
         value: draft.noise,
         pointer: "/noise_sigma_um",
-        fault: fault("/noise_sigma_um"),
+        fieldError: fieldError("/noise_sigma_um"),
         onInput: (noise) => change({ noise }),
       })}
       ${h(TextField, {
@@ -145,7 +145,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
         numeric: true,
         value: draft.response,
         pointer: "/response_uncertainty",
-        fault: fault("/response_uncertainty"),
+        fieldError: fieldError("/response_uncertainty"),
         onInput: (response) => change({ response }),
       })}
       ${h(SelectField, {
@@ -202,7 +202,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
         lines: 8,
         value: draft.matrix,
         pointer: "/sensitivity",
-        fault: fault("/sensitivity/matrix"),
+        fieldError: fieldError("/sensitivity/matrix"),
         onInput: (matrix) => change({ matrix }),
       })
     }
@@ -216,7 +216,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
           unit,
           limit: limitOf(draft, name),
           error,
-          fault,
+          fieldError,
           onChange: (limit) => change({ limits: { ...draft.limits, [name]: limit } }),
         }),
       )}
@@ -232,7 +232,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
         lines: 2,
         value: draft.target,
         pointer: "/target/deviation_um",
-        fault: fault("/target"),
+        fieldError: fieldError("/target"),
         onInput: (target) => change({ target }),
       })
     }
@@ -247,11 +247,11 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
 
 /**
  * @param {{ name: string, unit: string | undefined, limit: LimitDraft, error: unknown,
- *   fault: (pointer: string) => string | undefined, onChange: (limit: LimitDraft) => void }} props
+ *   fieldError: (pointer: string) => string | undefined, onChange: (limit: LimitDraft) => void }} props
  */
-function Limits({ name, unit, limit, error, fault, onChange }) {
+function Limits({ name, unit, limit, error, fieldError, onChange }) {
   const at = `/limits/${escaped(name)}`;
-  const own = faultsAt(error, at).filter(({ pointer }) => pointer === at || pointer === `${at}/fixed`);
+  const own = errorsAt(error, at).filter(({ pointer }) => pointer === at || pointer === `${at}/fixed`);
   /** @param {"min" | "max" | "increment"} key @param {string} label */
   const field = (key, label) =>
     h(TextField, {
@@ -262,13 +262,13 @@ function Limits({ name, unit, limit, error, fault, onChange }) {
       value: limit[key],
       error,
       pointer: `${at}/${key}`,
-      fault: fault(`${at}/${key}`),
+      fieldError: fieldError(`${at}/${key}`),
       onInput: (value) => onChange({ ...limit, [key]: value }),
     });
   return html`<div class="limits" role="group" aria-label=${settingName(name)}>
     <p class="limits-name"><b translate=${settingName(name) === name ? "no" : undefined}>${settingName(name)}</b></p>
     ${h(Checkbox, { label: t.fix, checked: limit.fixed, onChange: (fixed) => onChange({ ...limit, fixed }) })}
     ${!limit.fixed && field("min", t.min)}${!limit.fixed && field("max", t.max)}${!limit.fixed && field("increment", t.step)}
-    ${own.length > 0 && html`<p class="fault">${own.map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`)}</p>`}
+    ${own.length > 0 && html`<p class="field-error">${own.map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`)}</p>`}
   </div>`;
 }

@@ -33,7 +33,7 @@ export function DecisionBadge({ decision }) {
  * The current decision, and the three that can be made.
  * @param {{ iteration: Iteration, etag: string | undefined, reason?: string | null | undefined,
  *   put: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
- *   `reason`: of the decision that stands
+ *   `reason`: of the current decision
  */
 export function Decision({ iteration, etag, reason, put, reload }) {
   const [decision, setDecision] = useState(/** @type {DecisionName | null} */ (null));
@@ -84,10 +84,10 @@ function ConfirmDecision({ decision, iteration, etag, put, reload, onClose }) {
       put(done.data, done.etag);
       notify(t.done(common[decision]));
       onClose();
-    } catch (fault) {
-      setError(fault);
+    } catch (caught) {
+      setError(caught);
       setSending(false);
-      if (fault instanceof ApiError && fault.status === 412) {
+      if (caught instanceof ApiError && caught.status === 412) {
         announce(common.changedMeanwhile);
         reload();
       }

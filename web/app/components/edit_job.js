@@ -14,7 +14,7 @@ import { t as requirementText } from "../i18n/requirements.js";
 import { ALL_FIGURES, limitsOf, requirementsOf, SIDES } from "../lib/requirements.js";
 import { h, html, useRef, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
-import { Checkbox, toFault } from "./form.js";
+import { Checkbox, toFirstError } from "./form.js";
 import { GearFields } from "./gear_fields.js";
 import { JobFields } from "./job_fields.js";
 import { RequirementsFields, shownPointers } from "./requirements_fields.js";
@@ -51,7 +51,7 @@ export function EditJob({ version, onClose, onSaved }) {
   const save = async (/** @type {JobEdit} */ edit, /** @type {Version} */ over) => {
     const body = patchOf(edit, read(over));
     setSubmitted(true);
-    if (!body) return toFault(form.current);
+    if (!body) return toFirstError(form.current);
     if (Object.keys(body).length === 0) {
       onSaved(over);
       return;
@@ -69,7 +69,7 @@ export function EditJob({ version, onClose, onSaved }) {
         await answer(api.GET("/v1/jobs/{job_id}", { params })).then(setTheirs, setError);
       } else {
         setError(failed);
-        toFault(form.current);
+        toFirstError(form.current);
       }
       setSending(false);
     }

@@ -68,8 +68,8 @@ export function EditMeasurand({ iteration, etag, put, onClose }) {
       put(done.data, done.etag);
       notify(t.measurandStored);
       onClose();
-    } catch (fault) {
-      setError(fault);
+    } catch (caught) {
+      setError(caught);
       setSending(false);
     }
   };

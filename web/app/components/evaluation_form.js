@@ -103,11 +103,11 @@ export function EvaluationForm({ jobId, number, record, request, settings, desig
       value: draft[kind][i] ?? "",
       error,
       pointer: kind === "profile" ? "/evaluation/profile_diameter_range_mm" : "/evaluation/helix_range_mm",
-      fault: wrong(draft[kind][i]),
+      fieldError: wrong(draft[kind][i]),
       onInput: (text) => setDraft({ ...draft, [kind]: draft[kind].map((old, k) => (k === i ? text : old)) }),
     });
   };
-  const shown = error instanceof ApiError && error.problem.errors?.length && error.faultsElsewhere(FIELDS).length === 0;
+  const shown = error instanceof ApiError && error.problem.errors?.length && error.errorsElsewhere(FIELDS).length === 0;
   return html`<form onSubmit=${send} novalidate>
     <div class="fields">
       ${kinds.flatMap((kind) => [field(kind, 0), field(kind, 1)])}

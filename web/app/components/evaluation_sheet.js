@@ -25,7 +25,7 @@ import { h, html } from "../../vendor/ui.js";
 /**
  * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, required?: boolean, paper?: boolean }} props
  *   `band`: its width, µm; `required`: instead of it the bands that traces were held against, where they were;
- *   `traces`: as posted, in the order of the answer; `paper`: upright whatever the screen, four beside each other
+ *   `traces`: as posted, in the order of the result; `paper`: upright whatever the screen, four side by side
  */
 export function EvaluationSheet({ kind, traces, evaluation, gear, band, required = false, paper = false }) {
   const narrow = useNarrow();

@@ -1,6 +1,6 @@
 // Fields of forms. An error of the server is shown at the field of its JSON Pointer.
 
-import { faultsAt } from "../api/problem.js";
+import { errorsAt } from "../api/problem.js";
 import { t } from "../i18n/common.js";
 import { h, html, useId } from "../../vendor/ui.js";
 
@@ -11,20 +11,20 @@ import { h, html, useId } from "../../vendor/ui.js";
  * @property {Children} [hint] what to enter
  * @property {string} [unit]
  * @property {boolean} [required]
- * @property {unknown} [error] of the request; its faults at `pointer` are shown
+ * @property {unknown} [error] of the request; its errors at `pointer` are shown
  * @property {string} [pointer]
- * @property {string | undefined} [fault] what is wrong, found here
+ * @property {string | undefined} [fieldError] what is wrong, found here
  */
 
 /**
  * A label, its control, and below it an error or a hint.
  * @param {FieldProps & { control: (ids: { id: string, describedBy: string | undefined, invalid: boolean }) => Children }} props
  */
-export function Field({ label, hint, unit, required = false, error, pointer, fault, control }) {
+export function Field({ label, hint, unit, required = false, error, pointer, fieldError, control }) {
   const id = useId();
-  const faults = pointer === undefined ? [] : faultsAt(error, pointer);
-  const wrong = fault !== undefined || faults.length > 0;
-  const described = [wrong && `${id}-fault`, hint && `${id}-hint`].filter(Boolean).join(" ");
+  const errors = pointer === undefined ? [] : errorsAt(error, pointer);
+  const wrong = fieldError !== undefined || errors.length > 0;
+  const described = [wrong && `${id}-error`, hint && `${id}-hint`].filter(Boolean).join(" ");
   return html`<div class="field">
     <label for=${id}>${label}${!required && html` <span class="optional">${t.optional}</span>`}</label>
     <div class="control">
@@ -34,8 +34,8 @@ export function Field({ label, hint, unit, required = false, error, pointer, fau
     <div class="notes">
       ${
         wrong &&
-        html`<p class="fault" id=${`${id}-fault`}>
-          ${fault}${faults.map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`)}
+        html`<p class="field-error" id=${`${id}-error`}>
+          ${fieldError}${errors.map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`)}
         </p>`
       }
       ${hint && html`<p class="hint" id=${`${id}-hint`}>${hint}</p>`}
@@ -104,7 +104,7 @@ export function Checkbox({ label, checked, onChange }) {
 }
 
 /** Focuses the first invalid field, once it is marked, and opens the sections around it. @param {HTMLElement | null} form */
-export function toFault(form) {
+export function toFirstError(form) {
   requestAnimationFrame(() => {
     const field = form?.querySelector('[aria-invalid="true"]');
     if (!(field instanceof HTMLElement)) return;

@@ -37,12 +37,12 @@ export const emptyGear = () => formOf(undefined, String);
  *   `at`: the JSON Pointer of the gear in the request; `submitted`: what is missing is said
  */
 export function GearFields({ form, onChange, error, at, submitted }) {
-  const { faults = {} } = gearOf(form);
+  const { errors = {} } = gearOf(form);
   const set = (/** @type {keyof GearForm} */ name) => (/** @type {string} */ value) =>
     onChange({ ...form, [name]: value });
   /** @param {keyof typeof FIELDS} name @param {import("../../vendor/ui.js").ComponentChildren} label @param {{ unit?: string, hint?: string }} [more] */
   const number = (name, label, more = {}) => {
-    const fault = faults[name];
+    const fieldError = errors[name];
     return h(TextField, {
       key: name,
       label,
@@ -52,7 +52,7 @@ export function GearFields({ form, onChange, error, at, submitted }) {
       required: "required" in FIELDS[name],
       error,
       pointer: at + FIELDS[name].pointer,
-      fault: fault && (submitted || fault !== "needed") ? t[fault] : undefined,
+      fieldError: fieldError && (submitted || fieldError !== "needed") ? t[fieldError] : undefined,
       ...more,
     });
   };

@@ -29,7 +29,7 @@ export function JobFields({ form, onChange, error, submitted }) {
       required: name === "name",
       error,
       pointer: `/${name}`,
-      fault: submitted && name === "name" && form.name.trim() === "" ? t.needed : undefined,
+      fieldError: submitted && name === "name" && form.name.trim() === "" ? t.needed : undefined,
     });
   const [tagged] = useState(form.tags !== "");
   return html`<div class="fields">
@@ -45,7 +45,7 @@ export function JobFields({ form, onChange, error, submitted }) {
         lines: 2,
         error,
         pointer: "/tags",
-        fault: tagsOf(form.tags) === undefined ? t.tagsFault : undefined,
+        fieldError: tagsOf(form.tags) === undefined ? t.tagsInvalid : undefined,
       })}
     </details>`;
 }

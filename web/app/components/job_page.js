@@ -26,7 +26,7 @@ import { loaded } from "./states.js";
  *   onEvents?: (events: import("../api/live.js").JobEvent[]) => void,
  *   actions?: (job: Job, resources: { job: JobResource, trace: TraceResource }) => Children,
  *   children: (job: Job, resources: { job: JobResource, trace: TraceResource, news: number }) => Children,
- * }} props `view`: the name of the page beside the job's; `number`: the iteration that it shows; `onEvents`: somebody has
+ * }} props `view`: the name of the page, next to the job's; `number`: the iteration that it shows; `onEvents`: somebody has
  *   done something to the job (or may have, without events). The trace may still be on
  *   its way when the children are drawn; `news` grows with every event, for `useNews`
  */

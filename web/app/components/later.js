@@ -6,7 +6,7 @@ import { html, useLayoutEffect, useState } from "../../vendor/ui.js";
 
 /**
  * @param {{ place: string, children: () => import("../../vendor/ui.js").ComponentChildren }} props `place`: the class of
- *   what keeps its room until then
+ *   the placeholder until then
  */
 export function Later({ place, children }) {
   const [there, setThere] = useState(false);

@@ -22,11 +22,11 @@ export function NodesInput({ onNodes, onRefused }) {
   const id = useId();
   const [over, setOver] = useState(false);
   const [pasted, setPasted] = useState("");
-  const [fault, setFault] = useState(/** @type {{ text: string, name: string } | undefined} */ (undefined));
+  const [failure, setFailure] = useState(/** @type {{ text: string, name: string } | undefined} */ (undefined));
   const [refused, setRefused] = useState(/** @type {{ error: unknown, name: string } | undefined} */ (undefined));
   const take = (/** @type {string} */ text, /** @type {string} */ name) => {
     const read = readNodes(text);
-    setFault(read.fault && { text: t[read.fault], name });
+    setFailure(read.failure && { text: t[read.failure], name });
     if (read.file) onNodes(read.file, name);
     else onRefused();
   };
@@ -38,9 +38,9 @@ export function NodesInput({ onNodes, onRefused }) {
     try {
       const proposal = await readTable(bytes, undefined);
       if (proposal.read) return take(textOfTable(proposal), name);
-      setFault({ text: t.noNodes, name });
+      setFailure({ text: t.noNodes, name });
     } catch (error) {
-      setFault(undefined);
+      setFailure(undefined);
       setRefused({ error, name });
     }
     onRefused();
@@ -71,8 +71,8 @@ export function NodesInput({ onNodes, onRefused }) {
       </div>
     </details>
     <div aria-live="polite">
-      ${fault && html`<p class="fault">${fault.name && html`<span translate="no">${fault.name}</span>`} ${fault.text}</p>`}
-      ${refused?.name && html`<p class="fault" translate="no">${refused.name}</p>`}
+      ${failure && html`<p class="field-error">${failure.name && html`<span translate="no">${failure.name}</span>`} ${failure.text}</p>`}
+      ${refused?.name && html`<p class="field-error" translate="no">${refused.name}</p>`}
       ${refused && h(Failure, { error: refused.error })}
     </div>
   </section>`;

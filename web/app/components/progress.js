@@ -4,7 +4,7 @@ import { t } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { html } from "../../vendor/ui.js";
 
-/** @typedef {{ done: number, seconds: number | undefined } | undefined} Done not known before the server has told */
+/** @typedef {{ done: number, seconds: number | undefined } | undefined} Done not known before the server has reported it */
 
 /** @param {{ label: string, progress: Done }} props */
 export function Progress({ label, progress }) {

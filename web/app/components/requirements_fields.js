@@ -1,6 +1,6 @@
 // The fields of the requirements of a job.
 
-import { faultsAt } from "../api/problem.js";
+import { errorsAt } from "../api/problem.js";
 import { t } from "../i18n/requirements.js";
 import {
   ALL_FIGURES,
@@ -38,7 +38,7 @@ export const shownPointers = (form) => [
 
 /** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, submitted: boolean }} props */
 export function RequirementsFields({ form, onChange, error, submitted }) {
-  const { faults } = requirementsOf(form);
+  const { errors } = requirementsOf(form);
   /** Returns true if some of these figures have limits of one flank. @param {Figures} figures */
   const oneFlank = (figures) =>
     figures.some(({ name }) =>
@@ -47,7 +47,7 @@ export function RequirementsFields({ form, onChange, error, submitted }) {
       ),
     );
   const ends = (/** @type {readonly Side[]} */ sides, /** @type {Figures} */ figures) =>
-    h(Limits, { sides, figures, form, error, faults: submitted ? faults : onlyNumbers(faults), onChange });
+    h(Limits, { sides, figures, form, error, errors: submitted ? errors : onlyNumbers(errors), onChange });
   /** @param {"class" | "pitchClass"} name @param {string} label @param {string} hint @param {string} pointer */
   const classField = (name, label, hint, pointer) =>
     h(SelectField, {
@@ -83,7 +83,7 @@ export function RequirementsFields({ form, onChange, error, submitted }) {
             value: form.design?.[name] ?? "",
             error,
             pointer: designPointer(name),
-            fault: faults[designPlace(name)] && t.notANumber,
+            fieldError: errors[designPlace(name)] && t.notANumber,
             onInput: (value) => onChange({ ...form, design: { ...form.design, [name]: value } }),
           }),
         )}
@@ -106,7 +106,7 @@ export function RequirementsFields({ form, onChange, error, submitted }) {
           band,
           index: i,
           error,
-          fault: (edge) => (submitted ? faults[bandPlace(i, edge)] : undefined),
+          fieldError: (edge) => (submitted ? errors[bandPlace(i, edge)] : undefined),
           onChange: (next) => onChange({ ...form, bands: form.bands.map((one, k) => (k === i ? next : one)) }),
           onRemove: () => onChange({ ...form, bands: form.bands.filter((_, k) => k !== i) }),
         }),
@@ -118,25 +118,25 @@ export function RequirementsFields({ form, onChange, error, submitted }) {
   </div>`;
 }
 
-/** Keeps the errors that are shown while somebody types. @param {Record<string, import("../lib/requirements.js").Fault>} faults */
-const onlyNumbers = (faults) =>
-  Object.fromEntries(Object.entries(faults).filter(([, fault]) => fault === "notANumber"));
+/** Keeps the errors that are shown while somebody types. @param {Record<string, import("../lib/requirements.js").FieldError>} errors */
+const onlyNumbers = (errors) =>
+  Object.fromEntries(Object.entries(errors).filter(([, fieldError]) => fieldError === "notANumber"));
 
-/** A table of two fields per figure, from and to. @param {{ sides: readonly Side[], figures: Figures, form: RequirementsForm, faults: Record<string, import("../lib/requirements.js").Fault>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
-function Limits({ sides, figures, form, faults, error, onChange }) {
+/** A table of two fields per figure, from and to. @param {{ sides: readonly Side[], figures: Figures, form: RequirementsForm, errors: Record<string, import("../lib/requirements.js").FieldError>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
+function Limits({ sides, figures, form, errors, error, onChange }) {
   const id = useId();
   return html`<div class="limits-grid" data-sides=${sides.length}>
     ${sides.length > 1 && html`<span></span>${sides.map((side) => html`<b key=${side} class="limits-side">${t[side]}</b>`)}`}
     ${figures.map(({ name, symbol }) => {
       const wrong = sides.flatMap((side) => {
         const pointer = limitPointer(side, name);
-        const own = faults[placeOf(side, name, 0)];
+        const own = errors[placeOf(side, name, 0)];
         return [
           ...(own ? [html`<span key=${side}>${t[own]}</span>`] : []),
-          ...faultsAt(error, pointer).map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`),
+          ...errorsAt(error, pointer).map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`),
         ];
       });
-      const fault = `${id}-${name}`;
+      const fieldError = `${id}-${name}`;
       return html`<div key=${name} class="limits-row" role="group" aria-label=${t[name]}>
         <span class="limits-name">${h(GearSymbol, { name: symbol })} ${t[name]}</span>
         ${sides.map(
@@ -148,22 +148,22 @@ function Limits({ sides, figures, form, faults, error, onChange }) {
               const label = [t[name], ...whose, end === 0 ? t.from : t.to].join(", ");
               return html`${end === 1 && html`<span class="quiet" aria-hidden="true">…</span>`}<input key=${place} type="text" class="numeric" inputmode="decimal"
               autocomplete="off" spellcheck=${false} aria-label=${label} value=${form.limits[place] ?? ""}
-              aria-invalid=${wrong.length > 0 ? "true" : undefined} aria-describedby=${wrong.length > 0 ? fault : undefined}
+              aria-invalid=${wrong.length > 0 ? "true" : undefined} aria-describedby=${wrong.length > 0 ? fieldError : undefined}
               onInput=${(/** @type {Typed} */ event) => onChange({ ...form, limits: { ...form.limits, [place]: event.currentTarget.value } })} />`;
             })
           }<span class="unit" translate="no">µm</span>
         </span>`,
         )}
-        ${wrong.length > 0 && html`<span class="fault" id=${fault}>${wrong}</span>`}
+        ${wrong.length > 0 && html`<span class="field-error" id=${fieldError}>${wrong}</span>`}
       </div>`;
     })}
   </div>`;
 }
 
-/** @param {{ band: BandForm, index: number, error: unknown, fault: (edge: "upper" | "lower") => import("../lib/requirements.js").Fault | undefined, onChange: (band: BandForm) => void, onRemove: () => void }} props */
-function Band({ band, index, error, fault, onChange, onRemove }) {
+/** @param {{ band: BandForm, index: number, error: unknown, fieldError: (edge: "upper" | "lower") => import("../lib/requirements.js").FieldError | undefined, onChange: (band: BandForm) => void, onRemove: () => void }} props */
+function Band({ band, index, error, fieldError, onChange, onRemove }) {
   const text = (/** @type {"upper" | "lower"} */ edge) => {
-    const wrong = fault(edge);
+    const wrong = fieldError(edge);
     return h(TextField, {
       key: edge,
       label: t[edge],
@@ -173,7 +173,7 @@ function Band({ band, index, error, fault, onChange, onRemove }) {
       value: band[edge],
       error,
       pointer: `/requirements/k_bands/${index}/${edge}`,
-      fault: wrong && t[wrong],
+      fieldError: wrong && t[wrong],
       onInput: (value) => onChange({ ...band, [edge]: value }),
     });
   };

@@ -125,7 +125,7 @@ function Save({ jobs, target, setTarget, file, spec }) {
       ${h(SelectField, {
         label: common.job,
         required: true,
-        fault: jobs.length === 0 ? t.noSuchJob : undefined,
+        fieldError: jobs.length === 0 ? t.noSuchJob : undefined,
         value: jobId,
         onChange: (id) => setTarget({ ...target, jobId: id }),
         options: jobs.map((job) => ({ value: job.id, label: html`<span translate="no">${jobName(job)}</span>` })),

@@ -47,24 +47,24 @@ export function measureAction(jobId) {
 /**
  * A refusal or a lost connection, in full.
  * @param {{ error: unknown, retry?: (() => void) | undefined, retries?: boolean, back?: Children, except?: readonly string[] }} props
- *   `retries`: whether a busy server is asked again by itself; `except`: pointers whose faults are shown at their fields
+ *   `retries`: whether a request to a busy server is repeated; `except`: pointers whose errors are shown at their fields
  */
 export function Failure({ error, retry, retries = false, back, except = [] }) {
   const id = useId();
   const { title, detail } = words(error);
   const refused = error instanceof ApiError ? error : undefined;
-  const faults = refused?.faultsElsewhere(except) ?? [];
+  const errors = refused?.errorsElsewhere(except) ?? [];
   // each error is shown once
-  const [only] = faults.length === 1 ? faults : [];
+  const [only] = errors.length === 1 ? errors : [];
   const twice = only && typeof detail === "string" && detail.replace(/\.$/, "") === `${only.pointer}: ${only.detail}`;
   const waits = refused?.status === 503 && refused.retryAfter !== undefined;
   return html`<section class="failure" role="alert" aria-labelledby=${id}>
     <h2 id=${id}>${title}</h2>
     ${detail && !twice && html`<p lang="en">${detail}</p>`}
     ${
-      faults.length > 0 &&
-      html`<ul class="faults">
-        ${faults.map(
+      errors.length > 0 &&
+      html`<ul class="errors">
+        ${errors.map(
           ({ pointer, detail }) => html`<li key=${pointer}>
             <code translate="no">${pointer || "/"}</code> <span lang="en">${detail}</span>
           </li>`,

@@ -16,7 +16,7 @@ import { h, html } from "../../vendor/ui.js";
  * @property {string | undefined} [unit] written behind the header
  * @property {boolean} [numeric] right-aligned, digits below digits
  * @property {boolean} [rowHeader] names the row
- * @property {boolean} [minor] not on tablets, where the columns do not fit beside each other
+ * @property {boolean} [minor] not on tablets, since the columns do not fit
  * @property {boolean} [screen] not in the report
  * @property {((row: Row) => Children) | undefined} [cell] without it the column is only in the file
  * @property {import("../lib/csv.js").CsvColumn<Row>["value"] | undefined} [csv] its value in full precision; without it the column is omitted from the file

@@ -41,15 +41,15 @@ export function AllTeeth({ jobId, number, records, name, flipU, file, onShown })
   const ids = records.slice(-MOST_RECORDS);
   const resource = useResource(`deviations ${jobId} ${number} ${ids.join(" ")}`, async (signal) => {
     /** @type {GearDeviations[]} */
-    const answers = [];
+    const results = [];
     for (const id of ids) {
       const params = { path: { job_id: jobId, number, record_id: id } };
       const path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}";
       const { data } = await answer(api.GET(path, { signal, params }));
       const { result } = /** @type {import("../api/client.js").Schema<"JobRecord">} */ (data);
-      answers.push(/** @type {GearDeviations} */ (/** @type {unknown} */ (result)));
+      results.push(/** @type {GearDeviations} */ (/** @type {unknown} */ (result)));
     }
-    return { data: flanksOf(answers) };
+    return { data: flanksOf(results) };
   });
   const there = resource.data !== undefined || resource.error !== undefined;
   useLayoutEffect(() => {

@@ -15,7 +15,7 @@ export const scaleLabel = (value) =>
 
 /**
  * @param {{ limit: number, unit?: string | undefined, clipped?: number, missing?: number, small?: boolean }} props
- *   `clipped`: how many heights lie beyond the scale
+ *   `clipped`: number of heights outside the scale
  */
 export function Legend({ limit, unit, clipped = 0, missing = 0, small = false }) {
   const id = useId();

@@ -12,13 +12,13 @@ const inOrder = (a, b) => (a.flank === b.flank ? a.tooth - b.tooth : a.flank ===
 
 /**
  * Returns each flank with deviations; of several measurements of a flank the last one counts.
- * @param {readonly GearDeviations[]} answers in the order in which they were made @returns {ToothFlank[]}
+ * @param {readonly GearDeviations[]} results in the order in which they were made @returns {ToothFlank[]}
  */
-export function flanksOf(answers) {
+export function flanksOf(results) {
   /** @type {Map<string, ToothFlank>} */
   const found = new Map();
-  for (const answer of answers)
-    for (const [key, { tooth, flank, points }] of pointsOf(answer)) {
+  for (const result of results)
+    for (const [key, { tooth, flank, points }] of pointsOf(result)) {
       const surface = points.some(({ z }) => Number.isFinite(z)) ? surfaceOf(points) : undefined;
       if (surface) found.set(key, { key, tooth, flank, surface });
     }
@@ -27,7 +27,7 @@ export function flanksOf(answers) {
 
 /** @typedef {{ u: number, v: number, z: number }} Point `z` is NaN where the deviation is undefined */
 
-/** @param {GearDeviations} answer */
+/** @param {GearDeviations} result */
 function pointsOf({ deviation_um: z, roll_length_mm: u, z_mm: v, tooth, flank }) {
   /** @type {Map<string, { tooth: number, flank: "left" | "right", points: Point[] }>} */
   const found = new Map();

@@ -89,7 +89,7 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, 
             setReady(true);
             return undefined;
           },
-          (/** @type {unknown} */ fault) => wanted && setError(fault),
+          (/** @type {unknown} */ caught) => wanted && setError(caught),
         )
         .finally(() => {
           underway.value -= 1;

@@ -164,7 +164,7 @@ function MoreFilters({ filters, error }) {
         ${field("tag", t.tag, { hint: t.tagHint, maxLength: 401, pointer: "/tag" })}
         ${field("class", t.class, { hint: t.classHint, numeric: true, maxLength: 2, pointer: "/class" })}
         ${field("from", t.from, { type: "date", pointer: "/from" })}
-        ${field("to", t.to, { type: "date", pointer: "/to", fault: reversed ? t.reversed : undefined })}
+        ${field("to", t.to, { type: "date", pointer: "/to", fieldError: reversed ? t.reversed : undefined })}
       </div>
       <div class="actions">
         <button type="submit" class="button">${t.apply}</button>

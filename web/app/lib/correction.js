@@ -128,18 +128,18 @@ function cellsOf(line) {
   return line.split(between).map((cell) => cell.trim());
 }
 
-/** @typedef {{ request: CorrectionRequest, faults: Record<string, "number" | "row"> }} Read `faults`: pointers of what is no number */
+/** @typedef {{ request: CorrectionRequest, errors: Record<string, "number" | "row"> }} Read `errors`: pointers of invalid numbers */
 
 /**
  * Returns the request of a draft, and the places of invalid numbers.
  * @param {Draft} draft @returns {Read}
  */
 export function requestOf(draft) {
-  /** @type {Read["faults"]} */
-  const faults = {};
+  /** @type {Read["errors"]} */
+  const errors = {};
   const number = (/** @type {string} */ text, /** @type {string} */ pointer) => {
     const value = parseNumber(text);
-    if (value !== undefined && Number.isNaN(value)) faults[pointer] = "number";
+    if (value !== undefined && Number.isNaN(value)) errors[pointer] = "number";
     return value;
   };
   const known = new Set(settingsOf(draft).map(({ name }) => name));
@@ -163,7 +163,7 @@ export function requestOf(draft) {
   const target = draft.aim === "given" ? { deviation_um: wanted } : draft.aim;
   /** @type {CorrectionRequest} */
   const request = {
-    sensitivity: draft.by === "matrix" ? matrixOf(draft.matrix, faults) : machineOf(draft, draft.by),
+    sensitivity: draft.by === "matrix" ? matrixOf(draft.matrix, errors) : machineOf(draft, draft.by),
     ...(Object.keys(limits).length > 0 ? { limits } : {}),
     ...(noise === undefined ? {} : { noise_sigma_um: noise }),
     ...(response === undefined ? {} : { response_uncertainty: response }),
@@ -171,7 +171,7 @@ export function requestOf(draft) {
     ...(target === "" ? {} : { target }),
     ...(draft.used === "" ? {} : { settings_used: draft.used }),
   };
-  return { request, faults };
+  return { request, errors };
 }
 
 /**
@@ -182,13 +182,13 @@ function machineOf({ flank, axis }, machine) {
   return { type: "machine", machine, ...(flank ? { flank } : {}), ...(axis ? { profile_axis: axis } : {}) };
 }
 
-/** @param {string} text @param {Read["faults"]} faults @returns {CorrectionRequest["sensitivity"]} */
-function matrixOf(text, faults) {
+/** @param {string} text @param {Read["errors"]} errors @returns {CorrectionRequest["sensitivity"]} */
+function matrixOf(text, errors) {
   const lines = text.split(/\r?\n/).filter((line) => line.trim() !== "");
   const head = headOf(text);
   const matrix = lines.slice(1).map((line) => cellsOf(line).map((cell) => parseNumber(cell) ?? Number.NaN));
   const wrong = matrix.findIndex((row) => row.some(Number.isNaN));
-  if (wrong >= 0) faults["/sensitivity/matrix"] = "row";
+  if (wrong >= 0) errors["/sensitivity/matrix"] = "row";
   const units = head.map(({ unit }) => unit ?? "");
   return {
     type: "matrix",

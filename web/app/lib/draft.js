@@ -6,7 +6,7 @@ import { useState } from "../../vendor/ui.js";
  * Returns a value kept in this tab under a name, until it has been sent and is forgotten.
  * @template Value
  * @param {string} name @param {() => Value} begin what it is before anything was typed
- * @param {boolean} [lasting] kept in this browser, beyond the tab
+ * @param {boolean} [lasting] kept in this browser, not only in the tab
  * @returns {[Value, (value: Value) => void, () => void]}
  */
 export function useDraft(name, begin, lasting = false) {

@@ -4,7 +4,7 @@ import { parseNumber } from "./format.js";
 
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
 /** @typedef {Record<keyof typeof FIELDS | "internal", string>} GearForm */
-/** @typedef {Partial<Record<keyof GearForm, "notANumber" | "notWhole" | "needed">>} GearFaults */
+/** @typedef {Partial<Record<keyof GearForm, "notANumber" | "notWhole" | "needed">>} GearErrors */
 
 /** The fields, with their JSON Pointers below the gear. */
 export const FIELDS = /** @type {const} */ ({
@@ -39,11 +39,11 @@ export function formOf(gear, write) {
 /**
  * Returns the gear of a form, or its errors.
  * @param {GearForm} form
- * @returns {{ gear: Gear, faults?: undefined } | { gear?: undefined, faults: GearFaults }}
+ * @returns {{ gear: Gear, errors?: undefined } | { gear?: undefined, errors: GearErrors }}
  */
 export function gearOf(form) {
-  /** @type {GearFaults} */
-  const faults = {};
+  /** @type {GearErrors} */
+  const errors = {};
   /** @type {Record<string, unknown>} */
   const gear = {};
   /** @type {Record<string, unknown>} */
@@ -53,17 +53,17 @@ export function gearOf(form) {
     const text = form[name];
     const value = kind === "text" ? text.trim() || undefined : parseNumber(text);
     if (value === undefined) {
-      if ("required" in rest) faults[name] = "needed";
+      if ("required" in rest) errors[name] = "needed";
       continue;
     }
-    if (Number.isNaN(value)) faults[name] = "notANumber";
-    else if (kind === "whole" && !Number.isInteger(value)) faults[name] = "notWhole";
+    if (Number.isNaN(value)) errors[name] = "notANumber";
+    else if (kind === "whole" && !Number.isInteger(value)) errors[name] = "notWhole";
     if (pointer.startsWith("/tool/")) tool[name] = value;
     else gear[name] = value;
   }
   if (form.internal) gear["internal"] = true;
   if (Object.keys(tool).length > 0) gear["tool"] = tool;
-  if (Object.keys(faults).length > 0) return { faults };
+  if (Object.keys(errors).length > 0) return { errors };
   return { gear: /** @type {Gear} */ (/** @type {unknown} */ (gear)) };
 }
 

@@ -37,9 +37,9 @@ export function editOf(job, write) {
 export function patchOf(mine, from) {
   const tags = tagsOf(mine.job.tags);
   const gear = mine.withGear ? gearOf(mine.gear).gear : undefined;
-  const { requirements, faults } = requirementsOf(mine.requirements);
+  const { requirements, errors } = requirementsOf(mine.requirements);
   if (mine.job.name.trim() === "" || !tags || (mine.withGear && !gear)) return undefined;
-  if (Object.keys(faults).length > 0) return undefined;
+  if (Object.keys(errors).length > 0) return undefined;
   /** @type {JobPatch} */
   const patch = {};
   /** @type {NonNullable<JobPatch["clear"]>} */

@@ -12,16 +12,16 @@
  * @property {number} count nodes, missing ones included
  * @property {number} missing
  */
-/** @typedef {"empty" | "json" | "noNodes"} NodesFault */
+/** @typedef {"empty" | "json" | "noNodes"} NodesFailure */
 
 /** Fields of an iteration that a fit does not have. */
 const MEASUREMENT = ["measured_at", "instrument", "operator", "note"];
 const TYPES = ["curve", "grid", "scattered", "matrix"];
 
-/** @param {string} given @returns {{ file: NodesFile, fault?: undefined } | { fault: NodesFault, file?: undefined }} */
+/** @param {string} given @returns {{ file: NodesFile, failure?: undefined } | { failure: NodesFailure, file?: undefined }} */
 export function readNodes(given) {
   const text = given.replace(/^\uFEFF/, "");
-  if (text.trim() === "") return { fault: "empty" };
+  if (text.trim() === "") return { failure: "empty" };
   return ofJson(text);
 }
 
@@ -49,10 +49,10 @@ function ofJson(text) {
   try {
     value = JSON.parse(text);
   } catch {
-    return { fault: "json" };
+    return { failure: "json" };
   }
   const request = TYPES.includes(value?.type) ? { nodes: value } : value;
-  if (!TYPES.includes(request?.nodes?.type)) return { fault: "noNodes" };
+  if (!TYPES.includes(request?.nodes?.type)) return { failure: "noNodes" };
   /** @type {Fields} */
   const spec = {};
   /** @type {Fields} */

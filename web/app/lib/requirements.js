@@ -11,7 +11,7 @@ import { parseNumber } from "./format.js";
 /** @typedef {(typeof PITCH_FIGURES)[number]["name"]} PitchName */
 /** @typedef {"both" | "left" | "right"} Side */
 /** @typedef {{ kind: "profile" | "helix", flank: "" | "left" | "right", against: "involute" | "design", axis: "roll_length" | "diameter" | "roll_angle", upper: string, lower: string }} BandForm */
-/** @typedef {"notANumber" | "twoEnds" | "order" | "points"} Fault */
+/** @typedef {"notANumber" | "twoEnds" | "order" | "points"} FieldError */
 /**
  * @typedef {object} RequirementsForm
  * @property {string} class
@@ -152,17 +152,17 @@ export function requirementsForm(requirements, write) {
 /**
  * Returns the requirements of a form, if there are any. Errors by `placeOf` of the lower end, or by
  * `bandPlace`.
- * @param {RequirementsForm} form @returns {{ requirements: Requirements | undefined, faults: Record<string, Fault> }}
+ * @param {RequirementsForm} form @returns {{ requirements: Requirements | undefined, errors: Record<string, FieldError> }}
  */
 export function requirementsOf(form) {
-  /** @type {Record<string, Fault>} */
-  const faults = {};
-  const limits = limitsIn(form, form.class, FIGURES, faults);
-  const pitches = limitsIn(form, form.pitchClass, PITCH_FIGURES, faults);
+  /** @type {Record<string, FieldError>} */
+  const errors = {};
+  const limits = limitsIn(form, form.class, FIGURES, errors);
+  const pitches = limitsIn(form, form.pitchClass, PITCH_FIGURES, errors);
   const bands = form.bands.map(({ kind, flank, against, axis, ...edges }, i) => {
     const [upper, lower] = [pointsOf(edges.upper), pointsOf(edges.lower)];
-    if (!upper) faults[bandPlace(i, "upper")] = "points";
-    if (!lower) faults[bandPlace(i, "lower")] = "points";
+    if (!upper) errors[bandPlace(i, "upper")] = "points";
+    if (!lower) errors[bandPlace(i, "lower")] = "points";
     const more = {
       ...(flank ? { flank } : {}),
       ...(against === "design" ? { against } : {}),
@@ -170,7 +170,7 @@ export function requirementsOf(form) {
     };
     return { kind, ...more, upper: upper ?? [], lower: lower ?? [] };
   });
-  const design = designIn(form, faults);
+  const design = designIn(form, errors);
   const whole = {
     ...form.others,
     ...(design ? { design } : {}),
@@ -178,15 +178,15 @@ export function requirementsOf(form) {
     ...(pitches ? { pitch_limits: /** @type {PitchLimits} */ (pitches) } : {}),
     ...(bands.length > 0 ? { k_bands: /** @type {KBand[]} */ (bands) } : {}),
   };
-  return { requirements: Object.keys(whole).length > 0 ? whole : undefined, faults };
+  return { requirements: Object.keys(whole).length > 0 ? whole : undefined, errors };
 }
 
 /**
  * Returns the limits of some figures for a request, if there are any.
  * @param {RequirementsForm} form @param {string | undefined} of their class @param {readonly { name: FigureName }[]} figures
- * @param {Record<string, Fault>} faults to which those found are added @returns {Record<string, unknown> | undefined}
+ * @param {Record<string, FieldError>} errors to which those found are added @returns {Record<string, unknown> | undefined}
  */
-function limitsIn(form, of, figures, faults) {
+function limitsIn(form, of, figures, errors) {
   /** @type {Record<string, unknown>} */
   const limits = of ? { class: Number(of) } : {};
   for (const side of SIDES) {
@@ -194,7 +194,7 @@ function limitsIn(form, of, figures, faults) {
     const own = {};
     for (const { name } of figures) {
       const found = endsOf(form, side, name);
-      if (typeof found === "string") faults[placeOf(side, name, 0)] = found;
+      if (typeof found === "string") errors[placeOf(side, name, 0)] = found;
       else if (found) own[`${name}_um`] = found;
     }
     if (side === "both") Object.assign(limits, own);
@@ -206,7 +206,7 @@ function limitsIn(form, of, figures, faults) {
 /** @param {number} i @param {"upper" | "lower"} edge */
 export const bandPlace = (i, edge) => `band ${i} ${edge}`;
 
-/** @param {RequirementsForm} form @param {Side} side @param {FigureName} name @returns {readonly number[] | Fault | undefined} */
+/** @param {RequirementsForm} form @param {Side} side @param {FigureName} name @returns {readonly number[] | FieldError | undefined} */
 function endsOf({ limits }, side, name) {
   const [low, high] = [0, 1].map((end) => parseNumber(limits[placeOf(side, name, /** @type {0 | 1} */ (end))] ?? ""));
   if (low === undefined && high === undefined) return undefined;
@@ -238,15 +238,15 @@ const isNumber = (value) => value !== undefined && Number.isFinite(value);
 
 /**
  * Returns the design of a form: its figures of both flanks, and the members without fields.
- * @param {RequirementsForm} form @param {Record<string, Fault>} faults
+ * @param {RequirementsForm} form @param {Record<string, FieldError>} errors
  */
-function designIn(form, faults) {
+function designIn(form, errors) {
   /** @type {Record<string, unknown>} */
   const design = { ...form.designOthers };
   for (const { name } of SURFACE_FIGURES) {
     const value = parseNumber(form.design?.[name] ?? "");
     if (value === undefined) continue;
-    if (Number.isNaN(value)) faults[designPlace(name)] = "notANumber";
+    if (Number.isNaN(value)) errors[designPlace(name)] = "notANumber";
     design[`${name}_um`] = value;
   }
   return Object.keys(design).length > 0 || form.designOthers ? design : undefined;

@@ -39,7 +39,7 @@ export function stripDomain(estimates, limits = []) {
 /**
  * Converts a coefficient or a figure of the interface.
  * @param {{ value: number, std_error?: Maybe, interval?: readonly number[] | null, bias_bound?: Maybe, least_squares?: Maybe,
- *   least_squares_std_error?: Maybe }} told
+ *   least_squares_std_error?: Maybe }} of
  * @returns {Estimate}
  */
 export const estimateOf = ({ value, std_error, interval, bias_bound, least_squares, least_squares_std_error }) => ({

@@ -4,7 +4,7 @@ import { deviationColour, niceAbove } from "./colour.js";
 
 /** @typedef {import("../api/client.js").Schema<"ShortFigures">} ShortFigures */
 /** @typedef {import("../api/client.js").Schema<"FlankSide">} FlankSide */
-/** @typedef {{ figures?: ShortFigures | undefined, flank?: FlankSide | undefined }} Flank `flank`: a left one where it is not told */
+/** @typedef {{ figures?: ShortFigures | undefined, flank?: FlankSide | undefined }} Flank `flank`: left if it is unknown */
 
 export const [COLUMNS, ROWS] = [24, 12];
 

@@ -168,7 +168,7 @@ export function outsideBy({ value }, limits) {
 
 const STEPS = [1, 10, 100, 1000, 10000].flatMap((power) => [1, 2, 3, 4, 5, 8].map((step) => step * power));
 
-/** Returns the greatest usual magnification at which a length still fits. @param {number} size mm @param {number} room mm */
-export function magnification(size, room) {
-  return STEPS.findLast((step) => step * size <= room) ?? 1;
+/** Returns the greatest usual magnification at which a length still fits. @param {number} size mm @param {number} space mm */
+export function magnification(size, space) {
+  return STEPS.findLast((step) => step * size <= space) ?? 1;
 }

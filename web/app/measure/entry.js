@@ -45,7 +45,7 @@ const KINDS = /** @type {const} */ ({ waiting: "plain", sending: "plain", done: 
 /**
  * @param {{ entry: Entry, most: number, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void,
  *   onMapping: (mapping: import("../lib/nodes_table.js").Mapping) => void }} props
- *   `most`: bytes that the server takes; `fields`: pointers whose faults stand at fields
+ *   `most`: bytes that the server takes; `fields`: pointers whose errors stand at fields
  */
 export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel, onMapping }) {
   const { file, content, state, error, number, gears, progress } = entry;
@@ -71,13 +71,13 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel, onM
     </header>
     ${state === "sending" && h(Progress, { label: t.sending, progress })}
     ${counts ? h(Facts, { items: counts }) : error === undefined && html`<p class="quiet">${t.reading}</p>`}
-    ${content?.fault && html`<p class="fault">${t[/** @type {"fault_json"} */ (`fault_${content.fault}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
-    ${file.size > most && html`<p class="fault">${t.tooLarge(`${fmt.value.count(Math.ceil(most / 1000))} kB`)}</p>`}
+    ${content?.failure && html`<p class="field-error">${t[/** @type {"failure_json"} */ (`failure_${content.failure}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
+    ${file.size > most && html`<p class="field-error">${t.tooLarge(`${fmt.value.count(Math.ceil(most / 1000))} kB`)}</p>`}
     ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}
     ${content?.proposal && state !== "done" && h(Columns, { proposal: content.proposal, name: file.name, onMapping, disabled: state === "sending" })}
     ${gears && h(OfGears, { file: gears, name: file.name })}
     ${content && content.doubts.length > 0 && h(Doubts, { content })}
-    ${error instanceof ChangedError ? html`<p class="fault" role="alert">${t.changedOnDisk}</p>` : error !== undefined && h(Failure, { error, except: fields })}
+    ${error instanceof ChangedError ? html`<p class="field-error" role="alert">${t.changedOnDisk}</p>` : error !== undefined && h(Failure, { error, except: fields })}
     ${error instanceof ApiError && h(NodeFaults, { error })}
     ${content?.surface && h(Preview, { content, error, name: file.name })}
   </li>`;
@@ -93,19 +93,19 @@ function Doubts({ content }) {
     if (node) return flank.cell(node.row + 1, node.column + 1);
     return at;
   };
-  return html`<div class="fault"><p>${t.doubts(content.doubts.length)}</p>
+  return html`<div class="field-error"><p>${t.doubts(content.doubts.length)}</p>
     <ul>${content.doubts.slice(0, 10).map(({ place: at, found }) => html`<li key=${at}>${place(at)}: <code translate="no">${found || "–"}</code></li>`)}</ul></div>`;
 }
 
 /** Errors of the server at single nodes, by row and column. @param {{ error: ApiError }} props */
 function NodeFaults({ error }) {
-  const faults = (error.problem.errors ?? []).flatMap(({ pointer, detail }) => {
+  const errors = (error.problem.errors ?? []).flatMap(({ pointer, detail }) => {
     const node = nodeOfPointer(pointer);
     return node ? [{ pointer, detail, node }] : [];
   });
-  if (faults.length === 0) return null;
-  return html`<ul class="fault" data-faults="nodes">
-    ${faults.map(({ pointer, detail, node }) => html`<li key=${pointer}>${flank.cell(node.row + 1, node.column + 1)}: <span lang="en" translate="no">${detail}</span></li>`)}
+  if (errors.length === 0) return null;
+  return html`<ul class="field-error" data-errors="nodes">
+    ${errors.map(({ pointer, detail, node }) => html`<li key=${pointer}>${flank.cell(node.row + 1, node.column + 1)}: <span lang="en" translate="no">${detail}</span></li>`)}
   </ul>`;
 }
 

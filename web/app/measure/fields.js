@@ -26,7 +26,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
       value: typed[key],
       onInput: (value) => change({ [key]: value }),
       error,
-      fault: wrong[key] && t.noNumber,
+      fieldError: wrong[key] && t.noNumber,
       ...more,
     });
   const chosen = (/** @type {keyof Typed} */ key) => ({
@@ -56,7 +56,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
         ${imports && text("component", t.component, { hint: t.componentHint, pointer: pointer("component") })}
         ${fits && text("instrument", t.instrument, { pointer: "/instrument", maxLength: 200 })}
         ${fits && text("operator", t.operator, { pointer: "/operator", maxLength: 200 })}
-        ${fits && text("measuredAt", t.measuredAt, { hint: t.measuredAtHint, pointer: "/measured_at", fault: wrong.measuredAt && t.noTime })}
+        ${fits && text("measuredAt", t.measuredAt, { hint: t.measuredAtHint, pointer: "/measured_at", fieldError: wrong.measuredAt && t.noTime })}
         ${fits && !named && h(AxesField, { ...chosen("axes"), pointer: "/axes" })}
         ${fits && !named && typed.axes !== "none" && h(UnitField, { ...chosen("unit"), pointer: "/axes/z/unit" })}
       </div>
@@ -78,8 +78,8 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
           ],
           { pointer: "/model" },
         )}
-        ${typed.model === "other" && text("degreeU", t.degreeU, { numeric: true, required: true, fault: wrong.degreeU && t.noDegree })}
-        ${typed.model === "other" && text("degreeV", t.degreeV, { numeric: true, required: true, fault: wrong.degreeV && t.noDegree })}
+        ${typed.model === "other" && text("degreeU", t.degreeU, { numeric: true, required: true, fieldError: wrong.degreeU && t.noDegree })}
+        ${typed.model === "other" && text("degreeV", t.degreeV, { numeric: true, required: true, fieldError: wrong.degreeV && t.noDegree })}
         ${select(
           "estimator",
           t.estimator,

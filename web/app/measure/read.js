@@ -18,7 +18,7 @@ import { isJson } from "../lib/nodes_file.js";
  * @property {Record<string, unknown> | undefined} request of JSON: all of it
  * @property {Doubt[]} doubts
  * @property {string} digest of the file
- * @property {string | undefined} fault why it cannot be read: `json`, `empty`, `columns`, `nodes`; with what the reader says
+ * @property {string | undefined} failure why it cannot be read: `json`, `empty`, `columns`, `nodes`; with what the reader says
  * @property {string | undefined} detail
  * @property {import("../lib/nodes_table.js").Proposal | undefined} proposal of a table: what it is taken for
  */
@@ -33,7 +33,7 @@ const content = (given) => ({
   request: undefined,
   doubts: [],
   digest: "",
-  fault: undefined,
+  failure: undefined,
   detail: undefined,
   proposal: undefined,
   ...given,
@@ -47,7 +47,7 @@ export function readFile(name, bytes) {
 /** @param {string} name @param {Uint8Array} bytes @returns {Content} */
 function contentOf(name, bytes) {
   const end = /\.(\w+)$/.exec(name.toLowerCase())?.[1] ?? "";
-  if (bytes.length === 0) return content({ fault: "empty" });
+  if (bytes.length === 0) return content({ failure: "empty" });
   if (bytes[0] === 0x50 && bytes[1] === 0x4b) return content({ form: "rexs" });
   const text = new TextDecoder().decode(bytes).replace(/^\uFEFF/, "");
   const begin = text.slice(0, 4000);
@@ -65,10 +65,10 @@ function contentOf(name, bytes) {
 export function proposed(table, proposal) {
   const { layout, nodes, missing, read } = proposal;
   const counts = { nodes: nodes + missing, missing, proposal, request: undefined, surface: undefined };
-  if (!layout) return { ...table, ...counts, kind: "table", form: "", fault: "columns" };
-  if (layout === "points") return { ...table, ...counts, kind: "import", form: "points", fault: undefined };
+  if (!layout) return { ...table, ...counts, kind: "table", form: "", failure: "columns" };
+  if (layout === "points") return { ...table, ...counts, kind: "import", form: "points", failure: undefined };
   const { surface } = ofNodes(read);
-  return { ...table, ...counts, kind: "table", form: layout, surface, fault: undefined };
+  return { ...table, ...counts, kind: "table", form: layout, surface, failure: undefined };
 }
 
 /** @param {string} text */
@@ -78,10 +78,10 @@ function ofJson(text) {
   try {
     value = JSON.parse(text);
   } catch (error) {
-    return content({ kind: "json", fault: "json", detail: error instanceof Error ? error.message : "" });
+    return content({ kind: "json", failure: "json", detail: error instanceof Error ? error.message : "" });
   }
   const request = value?.nodes ? value : value?.type ? { nodes: value } : undefined;
-  if (!request) return content({ kind: "json", fault: "nodes" });
+  if (!request) return content({ kind: "json", failure: "nodes" });
   return content({ kind: "json", request, ...ofNodes(request.nodes) });
 }
 

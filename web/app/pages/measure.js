@@ -235,7 +235,7 @@ async function look(file) {
     return { state: "failed", error };
   }
   if (content.kind === "table") return table(file, content, undefined);
-  if (content.fault !== undefined || !["rexs", "mka", "mew"].includes(content.form)) return { content };
+  if (content.failure !== undefined || !["rexs", "mka", "mew"].includes(content.form)) return { content };
   const form = new FormData();
   form.append("file", file, file.name);
   const sent = api.POST("/v1/gears/read", { body: { file: file.name }, bodySerializer: () => form });
@@ -254,13 +254,13 @@ async function table(file, content, mapping) {
   try {
     return { content: proposed(content, await readTable(file, mapping)) };
   } catch (error) {
-    return { content: content.proposal ? content : { ...content, fault: "table" }, error };
+    return { content: content.proposal ? content : { ...content, failure: "table" }, error };
   }
 }
 
 /** @param {Entry["content"]} content */
 function sendable(content) {
-  return content !== undefined && content.fault === undefined && content.kind !== "values";
+  return content !== undefined && content.failure === undefined && content.kind !== "values";
 }
 
 /** The input, kept until it has been sent, also over reloads. @param {string} jobId @returns {[Typed, (change: Partial<Typed>) => void]} */

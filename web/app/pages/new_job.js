@@ -5,7 +5,7 @@ import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { ApiError } from "../api/problem.js";
 import { Allowed } from "../components/allowed.js";
-import { Checkbox, toFault } from "../components/form.js";
+import { Checkbox, toFirstError } from "../components/form.js";
 import { Derived, emptyGear, GearFields } from "../components/gear_fields.js";
 import { GearFile } from "../components/gear_file.js";
 import { emptyJob, JobFields } from "../components/job_fields.js";
@@ -76,7 +76,7 @@ function Form() {
     event.preventDefault();
     const body = read(job, withGear ? gear : undefined, requirements);
     setSubmitted(true);
-    if (!body) return toFault(form.current);
+    if (!body) return toFirstError(form.current);
     setSending(true);
     setError(undefined);
     try {
@@ -90,7 +90,7 @@ function Form() {
       if (leaving.aborted) return notify(common.cancelled, "news");
       setError(failed);
       setSending(false);
-      if (failed instanceof ApiError) toFault(form.current);
+      if (failed instanceof ApiError) toFirstError(form.current);
     }
   };
   const take = (/** @type {import("../lib/gear_form.js").Gear} */ found, /** @type {string | undefined} */ name) => {
@@ -149,8 +149,8 @@ function read(job, gearForm, requirementsForm) {
   const tags = tagsOf(job.tags);
   const gear = gearForm === undefined ? undefined : gearOf(gearForm).gear;
   if (job.name.trim() === "" || !tags || (gearForm !== undefined && !gear)) return undefined;
-  const { requirements, faults } = requirementsOf(requirementsForm);
-  if (Object.keys(faults).length > 0) return undefined;
+  const { requirements, errors } = requirementsOf(requirementsForm);
+  if (Object.keys(errors).length > 0) return undefined;
   /** @type {NewJob} */
   const body = { name: job.name.trim() };
   for (const name of OPTIONAL) if (job[name].trim() !== "") body[name] = job[name].trim();

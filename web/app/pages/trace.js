@@ -98,8 +98,8 @@ function Links({ box, entries }) {
       const place = (/** @type {string} */ id) =>
         element.querySelector(`[data-entry="${CSS.escape(id)}"]`)?.getBoundingClientRect();
       const lines = entries.flatMap((entry) => {
-        if (entry.kind !== "measured" || !entry.answers) return [];
-        const [from, to] = [place(entry.answers), place(entry.id)];
+        if (entry.kind !== "measured" || !entry.correction) return [];
+        const [from, to] = [place(entry.correction), place(entry.id)];
         if (!from || !to || to.left < from.right) return [];
         const [x1, y1] = [from.right - origin.left, from.top + from.height / 2 - origin.top];
         const [x2, y2] = [to.left - origin.left, to.top + Math.min(24, to.height / 2) - origin.top];

@@ -22,7 +22,7 @@ const t = texts({ en, de });
 
 /**
  * @param {{ before: FitResult, after: FitResult, axes: import("../flank/figures.js").Axes | null | undefined, afterName: string, names: string }} props
- *   `before`: of the fit that stands; `names`: of the file
+ *   `before`: of the chosen fit; `names`: of the file
  */
 export function Coefficients({ before, after, axes, afterName, names }) {
   const unit = (/** @type {Coefficient} */ one) => unitOf(one, axes);

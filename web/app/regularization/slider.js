@@ -47,7 +47,7 @@ export function LambdaSlider({ range, value, symbol, ranks, onMove }) {
         onInput: setText,
         numeric: true,
         required: true,
-        fault: wrong ? t.outside(fmt.value.three(range[0]), fmt.value.three(range[1])) : undefined,
+        fieldError: wrong ? t.outside(fmt.value.three(range[0]), fmt.value.three(range[1])) : undefined,
       })}
       <button type="submit" class="button" disabled=${entered === undefined || wrong}>${t.show}</button>
     </form>

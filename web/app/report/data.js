@@ -21,13 +21,13 @@ import { surfaceOf } from "../flank/layers.js";
  * @typedef {object} ReportData
  * @property {Iteration} iteration
  * @property {TracedIteration} traced
- * @property {IterationFit | undefined} fit the one that stands
+ * @property {IterationFit | undefined} fit the chosen one
  * @property {Nodes} nodes
  * @property {import("../flank/surface.js").FlankSurface | undefined} surface none of a curve or a matrix
  * @property {Evaluated | undefined} evaluated the latest evaluation of traces
  * @property {Pitched | undefined} pitched the latest evaluation of pitches
  * @property {Correction | undefined} correction made from it
- * @property {Correction | undefined} answers the correction that it answers
+ * @property {Correction | undefined} measuredCorrection the previous correction, whose response it measured
  */
 /** @typedef {{ record: JobRecord, result: GearEvaluation, request: Partial<EvaluateGear>, gear: Gear | undefined, tolerances: GearTolerances | undefined }} Evaluated */
 /** @typedef {{ record: JobRecord, result: PitchEvaluation }} Pitched */
@@ -91,7 +91,7 @@ async function reportDataOf(job, traced, own, signal) {
     evaluated,
     pitched,
     correction,
-    answers: earlier?.answer?.iteration === own.number ? earlier : undefined,
+    measuredCorrection: earlier?.answer?.iteration === own.number ? earlier : undefined,
   };
 }
 

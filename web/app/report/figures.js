@@ -47,7 +47,9 @@ const FLANK = [
  */
 export function flankRows(data) {
   const whole =
-    data.length > 1 && data.at(-1)?.answers?.id === data[0]?.correction?.id ? data.at(-1)?.answers : undefined;
+    data.length > 1 && data.at(-1)?.measuredCorrection?.id === data[0]?.correction?.id
+      ? data.at(-1)?.measuredCorrection
+      : undefined;
   /** @param {(one: ReportData, name: FlankFigureName) => Cell | undefined} cell @returns {Row[]} */
   const rows = (cell) =>
     FLANK.map(([name, symbol]) => ({
@@ -100,10 +102,10 @@ function covered(rows) {
 }
 
 /** Returns a figure with its error, if there is one: of the own correction, or of the previous one that this iteration measured. @param {ReportData} data @param {FlankFigureName} name @returns {Cell | undefined} */
-function ofNodes({ correction, answers }, name) {
+function ofNodes({ correction, measuredCorrection }, name) {
   const own = /** @type {const} */ (`${name}_um`);
   const estimated =
-    answers?.answer?.figure_changes?.[own]?.measured ?? correction?.answer?.figure_changes?.[own]?.before;
+    measuredCorrection?.answer?.figure_changes?.[own]?.measured ?? correction?.answer?.figure_changes?.[own]?.before;
   if (estimated) return { value: estimated.value_um, error: estimated.std_error_um, interval: estimated.interval_um };
   const wanted = correction?.result.figures?.left ?? correction?.result.figures?.right;
   const figure = wanted?.[own];

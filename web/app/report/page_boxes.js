@@ -19,7 +19,7 @@ const LONGEST = 70;
 /** @param {string} text */
 const short = (text) => (text.length > LONGEST ? `${text.slice(0, LONGEST - 1)}…` : text);
 
-/** @param {{ job: string, date: string, page: string }} words `page` stands before the number */
+/** @param {{ job: string, date: string, page: string }} words `page`: before the number */
 export function pageRules({ job, date, page }) {
   const box = "font: 8pt system-ui, sans-serif; color: #505c69;";
   return `@page {

@@ -38,7 +38,8 @@ export function Story({ iterations }) {
 
 /** @param {Entry} entry */
 function whatOf(entry) {
-  if (entry.kind === "measured") return entry.answersOf === undefined ? ABSENT : t.answersOf(entry.answersOf);
+  if (entry.kind === "measured")
+    return entry.correctionOf === undefined ? ABSENT : t.afterCorrection(entry.correctionOf);
   if (entry.kind === "record") {
     return html`${t[`record_${entry.record.kind}`]} <code translate="no">${entry.record.method}</code>`;
   }

@@ -4,7 +4,7 @@
 /** @typedef {TracedIteration["fits"][number]} TracedFit */
 /**
  * @typedef {{ id: string, time: string, iteration: number } & (
- *   | { kind: "measured", answers: string | undefined, answersOf: number | undefined }
+ *   | { kind: "measured", correction: string | undefined, correctionOf: number | undefined }
  *   | { kind: "fit", fit: TracedFit }
  *   | { kind: "choice", fit: TracedFit | undefined, until: string | undefined, reason: string | undefined, by: string | undefined }
  *   | { kind: "record", record: NonNullable<TracedIteration["records"]>[number] }
@@ -18,8 +18,8 @@ export const KINDS = ["measured", "fit", "choice", "record", "decision"];
 
 /** @param {readonly TracedIteration[]} iterations @returns {Entry[]} */
 export function entriesOf(iterations) {
-  const answered = answersOf(iterations);
-  const all = iterations.flatMap((one) => ofIteration(one, answered.get(one.number)));
+  const measured = measuredCorrections(iterations);
+  const all = iterations.flatMap((one) => ofIteration(one, measured.get(one.number)));
   return all.sort(
     (a, b) =>
       Date.parse(a.time) - Date.parse(b.time) ||
@@ -28,8 +28,8 @@ export function entriesOf(iterations) {
   );
 }
 
-/** @param {TracedIteration} one @param {{ id: string, iteration: number } | undefined} answers @returns {Entry[]} */
-function ofIteration(one, answers) {
+/** @param {TracedIteration} one @param {{ id: string, iteration: number } | undefined} correction @returns {Entry[]} */
+function ofIteration(one, correction) {
   const iteration = one.number;
   const fits = new Map(one.fits.map((fit) => [fit.id, fit]));
   return [
@@ -38,8 +38,8 @@ function ofIteration(one, answers) {
       kind: "measured",
       time: one.created_at,
       iteration,
-      answers: answers?.id,
-      answersOf: answers?.iteration,
+      correction: correction?.id,
+      correctionOf: correction?.iteration,
     },
     ...one.fits.map((fit) => /** @type {Entry} */ ({ id: fit.id, kind: "fit", time: fit.created_at, iteration, fit })),
     ...one.choices.map(
@@ -79,7 +79,7 @@ function ofIteration(one, answers) {
  * flank and tooth that was made before it and that no other iteration has measured.
  * @param {readonly TracedIteration[]} iterations
  */
-function answersOf(iterations) {
+function measuredCorrections(iterations) {
   /** @type {Map<number, { id: string, iteration: number }>} */
   const found = new Map();
   for (const [i, one] of iterations.entries()) {

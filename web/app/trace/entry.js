@@ -23,7 +23,7 @@ export function EntryText({ entry, jobId, unit }) {
   const head = (/** @type {string} */ name, /** @type {unknown} */ more = null) =>
     html`<p class="trace-head"><strong>${name}</strong>${more}<span class="trace-of quiet">${common.iteration(entry.iteration)}</span>${time}</p>`;
   if (entry.kind === "measured") {
-    return html`${head(t.measuredEntry)}${entry.answersOf !== undefined && html`<p>${t.answers(entry.answersOf)}</p>`}`;
+    return html`${head(t.measuredEntry)}${entry.correctionOf !== undefined && html`<p>${t.afterCorrection(entry.correctionOf)}</p>`}`;
   }
   if (entry.kind === "fit") {
     const to = hrefIf(

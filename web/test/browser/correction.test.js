@@ -99,7 +99,7 @@ browserTest("a refusal stands at its field, and nothing typed is lost", { status
   await page.getByText("Not a number.").waitFor();
   await page.getByLabel("Target deviations").fill("1 2");
   await page.getByRole("button", { name: "Compute the correction" }).click();
-  await crowning.locator(".fault").waitFor();
+  await crowning.locator(".field-error").waitFor();
   assert.equal(await crowning.getByLabel("Minimum").getAttribute("aria-invalid"), "true");
   await page.reload();
   await loaded();

@@ -60,7 +60,7 @@ browserTest("other ranges and a class to conform to make another evaluation", { 
   await page.getByText("Evaluate with different ranges, sign or class").click();
   await page.getByLabel("Helix range from").fill("20");
   await page.getByRole("button", { name: "Evaluate", exact: true }).click();
-  await page.locator("form .fault, form .failure").first().waitFor();
+  await page.locator("form .field-error, form .failure").first().waitFor();
   assert.equal(await page.getByLabel("Helix range from").inputValue(), "20");
   await page.getByLabel("Helix range from").fill("1,5");
   await page.getByLabel("Required class").selectOption("6");

@@ -114,7 +114,7 @@ browserTest(
     await field.fill([...lines.slice(0, 4), "9,9,abc,1", ...lines.slice(4)].join("\n"));
     await send.click();
     await page.getByText("line 5, column 3 (z)").waitFor();
-    assert.equal((await page.getByRole("alert").textContent())?.split("line 5").length, 2, "the fault is said once");
+    assert.equal((await page.getByRole("alert").textContent())?.split("line 5").length, 2, "the error is shown once");
     await field.fill(lines.join("\n"));
     await send.click();
     await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();

@@ -17,7 +17,7 @@ export function graphics(page) {
         .join(" ")
         .trim();
     /** @type {string[]} */
-    const faults = [];
+    const errors = [];
     const drawn = [...document.querySelectorAll("main svg, main canvas")].filter((one) => one.checkVisibility());
     // signs with words have no meaning of their own; a canvas and its overlay are one graphic
     const graphics = new Set(
@@ -31,22 +31,22 @@ export function graphics(page) {
     for (const one of graphics) {
       const label = `${one.tagName}.${one.getAttribute("class")}`;
       const name = one.getAttribute("aria-label") ?? text(one.getAttribute("aria-labelledby"));
-      if (!name) faults.push(`${label} has no name`);
-      if (one instanceof SVGElement && one.getAttribute("role") !== "img") faults.push(`${label} ${name} has no role`);
+      if (!name) errors.push(`${label} has no name`);
+      if (one instanceof SVGElement && one.getAttribute("role") !== "img") errors.push(`${label} ${name} has no role`);
       // signs in tables: the row, and its file, have their values
       if (one.closest("td, th")) continue;
       // the sentence of a picture follows its name
       const said = text(one.getAttribute("aria-describedby")) || (name.split(". ")[1] ?? "");
-      if (!said) faults.push(`${label} ${name} says nothing`);
+      if (!said) errors.push(`${label} ${name} says nothing`);
       const holder = one.closest(holders);
       // the small map of a tooth is in the table of all of them, and large below
       const teeth = one.closest(".tooth-map") && holder?.closest(".all-teeth")?.querySelector("table");
       const button = [...(holder?.querySelectorAll("button") ?? [])].find(
         (of) => of.textContent?.trim() === "As table",
       );
-      if (!teeth && !button) faults.push(`${label} ${name} has no table`);
+      if (!teeth && !button) errors.push(`${label} ${name} has no table`);
     }
-    return { faults, count: graphics.size };
+    return { errors, count: graphics.size };
   }, HOLDERS);
 }
 

@@ -7,7 +7,7 @@ import assert from "node:assert/strict";
 /**
  * @typedef {object} Hands
  * @property {(target: Locator) => Promise<void>} press a link or a button
- * @property {(target: Locator, text: string) => Promise<void>} type into a field, in the place of what stands there
+ * @property {(target: Locator, text: string) => Promise<void>} type into a field, replacing its text
  * @property {(target: Locator, files: Parameters<Page["setInputFiles"]>[1]) => Promise<void>} pick files
  */
 

@@ -189,7 +189,7 @@ function length(bytes) {
 /**
  * @typedef {object} Options
  * @property {readonly string[]} [serve] options of `flankfit serve`
- * @property {readonly number[]} [statuses] refusals that the test provokes: the browser's own lines about them are no fault
+ * @property {readonly number[]} [statuses] refusals that the test provokes: the browser's own lines about them are no errors
  * @property {boolean} [offline] the test takes the server away
  * @property {boolean} [alone] the test counts what the server holds: it has one of its own
  * @property {ContextOptions} [context] of the browser
@@ -308,7 +308,7 @@ export async function inBrowser(server, options, body) {
   const context = (options.browser ? undefined : idle.get(key)) ?? (await newContext(options));
   if (!options.browser) idle.delete(key);
   const page = await newPage(context, server, options);
-  const faults = watch(page, server, options);
+  const errors = watch(page, server, options);
   // a clock that has been set stays with the context
   let kept = quick && !options.browser;
   const install = page.clock.install.bind(page.clock);
@@ -318,14 +318,14 @@ export async function inBrowser(server, options, body) {
   };
   try {
     await body(world(page, server));
-    assert.deepEqual(faults, [], "the page did what it must not");
+    assert.deepEqual(errors, [], "the page did what it must not");
   } catch (error) {
     kept = false;
     if (process.env["FLANKFIT_SHOT"]) await page.screenshot({ path: process.env["FLANKFIT_SHOT"], fullPage: true });
     const texts = page.locator(".notices, main").allTextContents().catch(String);
     const shown = await Promise.race([texts, pause(2000, "the page does not answer")]);
     const inShort = String(shown).replace(/\s+/g, " ").slice(0, 600);
-    throw withMore(error, "page", [page.url(), inShort, ...faults].join("\n"));
+    throw withMore(error, "page", [page.url(), inShort, ...errors].join("\n"));
   } finally {
     if (kept) {
       for (const one of context.pages()) await one.close();
@@ -352,8 +352,8 @@ export const doNotSendAgain = (page) =>
 /** @param {Page} page @param {Server} server @param {Options} options */
 function watch(page, server, { statuses = [], offline = false }) {
   /** @type {string[]} */
-  const faults = [];
-  page.on("pageerror", (error) => faults.push(`error: ${error.stack ?? error.message}`));
+  const errors = [];
+  page.on("pageerror", (error) => errors.push(`error: ${error.stack ?? error.message}`));
   page.on("console", (message) => {
     if (message.type() !== "error" && message.type() !== "warning") return;
     const text = message.text();
@@ -362,14 +362,14 @@ function watch(page, server, { statuses = [], offline = false }) {
     const status = /^Failed to load resource: the server responded with a status of (\d+)/.exec(text)?.[1];
     if (status && statuses.includes(Number(status))) return;
     if (offline && LOST.test(text)) return;
-    faults.push(`console: ${text} (${message.location().url})`);
+    errors.push(`console: ${text} (${message.location().url})`);
   });
   page.on("request", (request) => {
     const url = new URL(request.url());
     if (!["data:", "blob:"].includes(url.protocol) && url.origin !== server.url)
-      faults.push(`foreign: ${request.url()}`);
+      errors.push(`foreign: ${request.url()}`);
   });
-  return faults;
+  return errors;
 }
 
 /** Returns when the page has been painted again. @param {Page} page */

@@ -92,7 +92,7 @@ browserTest("a gear changes, and fields go away", {}, async ({ page, open, job, 
   );
 });
 
-browserTest("a fault that is folded away is opened", {}, async ({ page, open, job }) => {
+browserTest("an error in a folded section opens it", {}, async ({ page, open, job }) => {
   const { id } = await job();
   await open(`/jobs/${id}`);
   await page.getByRole("button", { name: "Edit" }).click();

@@ -46,7 +46,7 @@ browserTest(
     await page.setInputFiles(picker, file("bad.json", JSON.stringify(request)));
     await page.getByText("One cell is not a number:").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
-    await page.locator('[data-faults="nodes"]', { hasText: "row 4, column 8" }).waitFor();
+    await page.locator('[data-errors="nodes"]', { hasText: "row 4, column 8" }).waitFor();
     await loaded();
     // and on the map, where the axes have that node
     const map = page.locator(".measure-preview .heat-map");

@@ -52,7 +52,7 @@ browserTest("a name, teeth and a module are asked for among a few fields", {}, a
   assert.doesNotMatch(words, /d_b|p_bt|\d\.\d{7}/);
 });
 
-browserTest("a fault in folded sections opens them", {}, async ({ page, open }) => {
+browserTest("an error in folded sections opens them", {}, async ({ page, open }) => {
   await open("/jobs/new");
   await page.getByLabel("Name", { exact: true }).fill("Folded");
   await page.getByLabel("With gear data").uncheck();

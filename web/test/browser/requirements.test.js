@@ -39,7 +39,7 @@ browserTest("requirements are shown, edited, and refused where they cannot be", 
   await dialog.getByLabel("Lower line").fill("0 -10\n7,5 3\n15 -10");
   await page.getByRole("button", { name: "Save" }).click();
   // a lower line above the upper one: the server names the place
-  await dialog.locator(".fault [lang=en]").first().waitFor();
+  await dialog.locator(".field-error [lang=en]").first().waitFor();
   await dialog.getByLabel("Lower line").fill("0 -10\n7,5 -3\n15 -10");
   await page.getByRole("button", { name: "Save" }).click();
   await page.getByText("The job has been changed.").waitFor();
@@ -84,7 +84,7 @@ browserTest(
     await page.getByRole("button", { name: "Save" }).click();
     // equal ends: the server reports them at the figure
     const row = dialog.getByRole("group", { name: "Total cumulative pitch" }).first();
-    await row.locator(".fault [lang=en]").waitFor();
+    await row.locator(".field-error [lang=en]").waitFor();
     await dialog.getByLabel("Total cumulative pitch, Both flanks, from", { exact: true }).fill("0");
     await to("Total cumulative pitch, Both flanks").fill("20");
     await page.getByRole("button", { name: "Save" }).click();

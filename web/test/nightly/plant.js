@@ -45,7 +45,7 @@ const PATIENCE_MS = Number(process.env["FLANKFIT_WAIT_MS"] ?? 30_000);
 const BIND = /^ *bind "\$\{PLANT_LISTEN\}"$/m;
 const NAMES = /** @type {const} */ (["one", "two"]);
 
-/** Returns the path of a program. @param {string} name @param {readonly string[]} folders beside those of PATH */
+/** Returns the path of a program. @param {string} name @param {readonly string[]} folders in addition to PATH */
 function found(name, folders = []) {
   const all = [...(process.env["PATH"] ?? "").split(path.delimiter), ...folders];
   return all.map((folder) => path.join(folder, name)).find((file) => existsSync(file));

@@ -28,9 +28,9 @@ const seen = async (page) => ((await page.locator("main").textContent()) ?? "").
 async function looked(world, part) {
   const { page } = world;
   /** @type {string[]} */
-  const faults = [];
+  const errors = [];
   const add = (/** @type {string} */ where, /** @type {readonly string[]} */ found) =>
-    faults.push(...found.map((one) => `${where}: ${one}`));
+    errors.push(...found.map((one) => `${where}: ${one}`));
   add("axe, light", await axeFinds(page, part));
   await show(world, { language: "pseudo" });
   add("not of the tables", await strays(page));
@@ -46,18 +46,18 @@ async function looked(world, part) {
   }
   add("axe, dark, on a tablet", await axeFinds(page, part));
   await show(world, { theme: "light" }, DESK);
-  return faults;
+  return errors;
 }
 
 browserTest("every page stands, in each theme, language and width", { settings: { theme: "light" } }, async (world) => {
   const { page, server, loaded } = world;
   /** @type {string[]} */
-  const faults = [];
+  const errors = [];
   await watchShifts(page);
   let drawn = 0;
   for (const listed of await pageList(world)) {
     const add = (/** @type {readonly string[]} */ found, name = listed.name) =>
-      faults.push(...found.map((one) => `${name}: ${one}`));
+      errors.push(...found.map((one) => `${name}: ${one}`));
     const address = server.url + listed.path;
     add(await jumps(page, () => world.open(listed.path)));
     if (listed.fill) await visit(world, listed);
@@ -78,11 +78,11 @@ browserTest("every page stands, in each theme, language and width", { settings: 
       await closes(world);
     }
     if (listed.name.startsWith("report")) continue;
-    const { faults: found, count } = await graphics(page);
+    const { errors: found, count } = await graphics(page);
     add(found);
     drawn += count;
     await asTables(page);
   }
-  assert.deepEqual(faults, []);
+  assert.deepEqual(errors, []);
   assert.ok(drawn > 40, `${drawn} graphics`);
 });

@@ -24,7 +24,7 @@ test("a request becomes a draft and the same request again", () => {
     target: { deviation_um: [1, -2.5] },
     settings_used: "all",
   };
-  assert.deepEqual(requestOf(draftOf(request, write)), { request, faults: {} });
+  assert.deepEqual(requestOf(draftOf(request, write)), { request, errors: {} });
   /** @type {import("../../app/lib/correction.js").CorrectionRequest} */
   const matrix = {
     sensitivity: {
@@ -37,7 +37,7 @@ test("a request becomes a draft and the same request again", () => {
       ],
     },
   };
-  assert.deepEqual(requestOf(draftOf(matrix, write)), { request: matrix, faults: {} });
+  assert.deepEqual(requestOf(draftOf(matrix, write)), { request: matrix, errors: {} });
 });
 
 test("without a target the job's own is aimed at", () => {
@@ -59,8 +59,8 @@ test("what is no number is found at its place", () => {
       gone: { fixed: true, min: "", max: "", increment: "" },
     },
   };
-  const { request, faults } = requestOf(draft);
-  assert.deepEqual(faults, {
+  const { request, errors } = requestOf(draft);
+  assert.deepEqual(errors, {
     "/limits/a/min": "number",
     "/noise_sigma_um": "number",
     "/target": "number",

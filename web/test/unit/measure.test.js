@@ -41,9 +41,9 @@ test("other files are known by what is in them", () => {
   assert.equal(read("a.txt", "<?xml version='1.0'?><model/>").form, "rexs");
   assert.equal(read("gear.mka", "HEADER").form, "mka");
   assert.equal(read("gear.mew", "HEADER").kind, "values");
-  assert.equal(read("a.csv", "").fault, "empty");
-  assert.equal(read("a.json", "{").fault, "json");
-  assert.equal(read("a.json", '{"model": {}}').fault, "nodes");
+  assert.equal(read("a.csv", "").failure, "empty");
+  assert.equal(read("a.json", "{").failure, "json");
+  assert.equal(read("a.json", '{"model": {}}').failure, "nodes");
 });
 
 test("a cell that is no number is marked by the pointer that the server will name", () => {

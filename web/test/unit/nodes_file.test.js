@@ -45,11 +45,11 @@ test("JSON: nodes alone, and a request of an iteration", () => {
 });
 
 test("what is none of these is told", () => {
-  const fault = (/** @type {string} */ text) => readNodes(text).fault;
-  assert.equal(fault(" \n"), "empty");
-  assert.equal(fault("{"), "json");
-  assert.equal(fault("[1, 2]"), "noNodes");
-  assert.equal(fault('{"nodes": {"type": "cloud"}}'), "noNodes");
+  const failure = (/** @type {string} */ text) => readNodes(text).failure;
+  assert.equal(failure(" \n"), "empty");
+  assert.equal(failure("{"), "json");
+  assert.equal(failure("[1, 2]"), "noNodes");
+  assert.equal(failure('{"nodes": {"type": "cloud"}}'), "noNodes");
 });
 
 test("the file's spec stands unless something else is chosen", () => {

@@ -54,9 +54,9 @@ test("a table is read by the server, and drawn from its answer", () => {
   const other = proposed(table, plain);
   assert.equal(answered(EMPTY, other, { name: "left.csv", gear: undefined }).axes, "none");
   const { layout: __, read: ___, ...unknown } = PROPOSAL;
-  assert.equal(proposed(table, unknown).fault, "columns");
+  assert.equal(proposed(table, unknown).failure, "columns");
   const points = proposed(table, { ...unknown, layout: "points" });
-  assert.deepEqual([points.kind, points.form, points.fault], ["import", "points", undefined]);
+  assert.deepEqual([points.kind, points.form, points.failure], ["import", "points", undefined]);
   assert.deepEqual([namesAxes(PROPOSAL), namesAxes(plain), namesAxes(undefined)], [true, false, false]);
 });
 

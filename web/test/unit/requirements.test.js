@@ -25,9 +25,9 @@ const example = JSON.parse(
 test("the form of requirements says what they say, with point and with comma", () => {
   const german = (/** @type {number} */ value) => String(value).replace(".", ",");
   for (const write of [String, german]) {
-    const { requirements, faults } = requirementsOf(requirementsForm(example.requirements, write));
+    const { requirements, errors } = requirementsOf(requirementsForm(example.requirements, write));
     assert.deepEqual(requirements, example.requirements);
-    assert.deepEqual(faults, {});
+    assert.deepEqual(errors, {});
   }
   assert.equal(requirementsOf(requirementsForm(undefined, String)).requirements, undefined);
 });
@@ -37,8 +37,8 @@ test("a design is typed for both flanks, and keeps what the form has no fields f
   const form = requirementsForm(/** @type {any} */ ({ design }), String);
   assert.deepEqual(requirementsOf(form).requirements, { design });
   form.design = { profile_crowning: "", helix_crowning: "5,5", twist: "x" };
-  const { requirements, faults } = requirementsOf(form);
-  assert.deepEqual(faults, { [designPlace("twist")]: "notANumber" });
+  const { requirements, errors } = requirementsOf(form);
+  assert.deepEqual(errors, { [designPlace("twist")]: "notANumber" });
   const { profile_crowning_um: _, ...others } = design;
   assert.deepEqual({ ...requirements?.design, twist_um: 0 }, { ...others, helix_crowning_um: 5.5, twist_um: 0 });
   assert.deepEqual(requirementsOf(requirementsForm({ design: {} }, String)).requirements, { design: {} });
@@ -50,7 +50,7 @@ test("what cannot be read of requirements is named where it stands", () => {
   form.limits[placeOf("left", "helix_slope", 1)] = "x";
   form.limits[placeOf("both", "profile_form", 1)] = "";
   form.bands.push({ ...emptyBand(), upper: "0 1\n0 2", lower: "0 1 2\n3 4" });
-  assert.deepEqual(requirementsOf(form).faults, {
+  assert.deepEqual(requirementsOf(form).errors, {
     [placeOf("both", "twist", 0)]: "order",
     [placeOf("left", "helix_slope", 0)]: "notANumber",
     [placeOf("both", "profile_form", 0)]: "twoEnds",
@@ -91,7 +91,7 @@ test("pitches and run-out have limits and a class of their own, beside those of 
   const form = requirementsForm(requirements, String);
   assert.deepEqual(requirementsOf(form).requirements, requirements);
   form.limits[placeOf("both", "runout", 1)] = "";
-  assert.deepEqual(requirementsOf(form).faults, { [placeOf("both", "runout", 0)]: "twoEnds" });
+  assert.deepEqual(requirementsOf(form).errors, { [placeOf("both", "runout", 0)]: "twoEnds" });
   // somebody else changes the class of pitches, while a limit of theirs is changed here
   const from = requirementsForm(requirements, String);
   const mine = structuredClone(from);

@@ -10,7 +10,7 @@ export default {
   tags: "Merkmale",
   tagsNow: "Merkmale angeben",
   tagsHint: "Eines je Zeile: Name = Wert. Merkmale helfen, den Auftrag zu finden.",
-  tagsFault: "Jede Zeile als Name = Wert schreiben.",
+  tagsInvalid: "Jede Zeile als Name = Wert schreiben.",
   gear: "Zahnrad",
   gearAbout:
     "Anpassungen sind ohne Zahnrad möglich. Auswertungen von Profil und Flankenlinie und Korrekturen erfordern eines.",

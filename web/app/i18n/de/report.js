@@ -117,7 +117,7 @@ export default {
   ev_choice: "geltende Anpassung",
   ev_record: "Aufzeichnung",
   ev_decision: "Entscheidung",
-  answersOf: (number) => `nach der Korrektur der Iteration ${number}`,
+  afterCorrection: (number) => `nach der Korrektur der Iteration ${number}`,
   record_curve: "Kurve",
   record_surface: "Fläche",
   record_deviations: "Abweichungen",

@@ -11,7 +11,7 @@ export default {
   show_decision: "Entscheidungen",
   earlier: "Lange Listen sind auf die letzten hundert Einträge begrenzt.",
   measuredEntry: "Gespeichert",
-  answers: (number) => `Nach der Korrektur der Iteration ${number}.`,
+  afterCorrection: (number) => `Nach der Korrektur der Iteration ${number}.`,
   fitEntry: "Anpassung",
   chosen: "gilt",
   wasChosenEntry: "Früher geltende Anpassung",

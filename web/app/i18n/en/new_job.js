@@ -9,7 +9,7 @@ export default {
   tags: "Tags",
   tagsNow: "Add tags",
   tagsHint: "One per line: name = value. Tags help to find the job.",
-  tagsFault: "Write each line as name = value.",
+  tagsInvalid: "Write each line as name = value.",
   gear: "Gear",
   gearAbout: "Nodes can be fitted without a gear. Evaluations of profile and helix and corrections require one.",
   withGear: "With gear data",

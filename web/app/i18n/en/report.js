@@ -116,7 +116,7 @@ export default {
   ev_choice: "chosen fit",
   ev_record: "record",
   ev_decision: "decision",
-  answersOf: (/** @type {number} */ number) => `after the correction of iteration ${number}`,
+  afterCorrection: (/** @type {number} */ number) => `after the correction of iteration ${number}`,
   record_curve: "curve",
   record_surface: "surface",
   record_deviations: "deviations",

@@ -10,7 +10,7 @@ export default {
   show_decision: "Decisions",
   earlier: "Long lists are limited to the last hundred entries.",
   measuredEntry: "Stored",
-  answers: (/** @type {number} */ number) => `After the correction of iteration ${number}.`,
+  afterCorrection: (/** @type {number} */ number) => `After the correction of iteration ${number}.`,
   fitEntry: "Fit",
   chosen: "chosen",
   wasChosenEntry: "Previously chosen fit",
