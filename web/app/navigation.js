@@ -39,7 +39,7 @@ export function setQuery(changes, { step = false } = {}) {
   navigate(search.size > 0 ? `${location.pathname}?${search}` : location.pathname, { replace: !step });
 }
 
-/** Follows back and forward, and links to pages without loading anything anew. */
+/** Follows back and forward, and links to pages without reloading anything. */
 export function follow() {
   if (location.pathname === "/") navigate("/jobs", { replace: true });
   addEventListener("popstate", () => {

@@ -1,5 +1,5 @@
-// The one way to the server. Every request goes through `transport`, which adds the key and makes
-// what fails an error that pages can show.
+// The only way to the server. Every request goes through `transport`, which adds the key and turns
+// failures into errors that pages can show.
 //
 //     const { data, etag } = await answer(api.GET("/v1/jobs/{job_id}", { params: { path: { job_id } } }));
 

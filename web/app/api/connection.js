@@ -10,13 +10,13 @@ export const lostAt = signal(/** @type {Date | null} */ (null));
 
 const LONGEST = 30_000;
 let wait = 1000;
-/** Flags that a proxy reported the failure: it may still reach the server for other requests. */
+/** Set if a proxy reported the failure: it may still reach the server for other requests. */
 let byProxy = false;
 let foundAt = Number.NEGATIVE_INFINITY;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let timer;
 
-/** @param {boolean} [probed] the server was asked whether it is there */
+/** @param {boolean} [probed] the server was polled */
 export function connected(probed = false) {
   // otherwise one failure behind a proxy would reload all data, again and again
   if (lostAt.peek() === null || (byProxy && !probed)) return;
@@ -118,12 +118,12 @@ function unanswered(error) {
 
 /**
  * Returns the delay before another try, if one is worth it.
- * @param {number} tries so far @param {Response | OfflineError} answered
+ * @param {number} tries so far @param {Response | OfflineError} outcome
  */
-function secondsBefore(tries, answered) {
+function secondsBefore(tries, outcome) {
   const pause = 2 ** (tries - 1);
-  if (answered instanceof OfflineError) return pause;
-  const { status, headers } = answered;
+  if (outcome instanceof OfflineError) return pause;
+  const { status, headers } = outcome;
   const value = headers.get("retry-after");
   if ((status !== 503 && status !== 409) || value === null) return undefined;
   const seconds = Number(value);

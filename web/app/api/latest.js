@@ -5,7 +5,7 @@ import { underway } from "./resource.js";
 
 /**
  * @template Content, Data
- * @param {Content | undefined} content undefined asks for nothing; compared as JSON
+ * @param {Content | undefined} content undefined requests nothing; compared as JSON
  * @param {(content: Content, signal: AbortSignal) => Promise<Data>} send
  * @returns {{ data: Data | undefined, of: Content | undefined, error: unknown, current: boolean }}
  *   `data` is the answer to `of`; `current`: that is what is wanted now

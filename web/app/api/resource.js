@@ -1,4 +1,4 @@
-// Data of a page: loaded, kept while it is asked for again, with its error.
+// Data of a page: loaded, kept while it is reloaded, with its error.
 //
 //     const job = useResource(`job ${id}`, (signal) => answer(api.GET(…, { signal })));
 //     html`${loaded({ resource: job, children: (data) => … })}`

@@ -30,7 +30,7 @@ export function useWatched() {
       abort.current = own;
       const stop = () => own.abort();
       signal?.addEventListener("abort", stop, { once: true });
-      // of two that overlap only the later is reported
+      // only the later of two overlapping requests is reported
       const update = (/** @type {typeof state} */ next) => {
         if (abort.current === own) setState(next);
       };

@@ -106,7 +106,7 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
 
 /**
  * Units of the axes, as on printed sheets; the one left of the frame avoids the labels of lengths.
- * @param {boolean} flat @param {number} width @param {number} height @param {readonly number[]} taken where lengths stand side the frame
+ * @param {boolean} flat @param {number} width @param {number} height @param {readonly number[]} taken places of length labels
  */
 function units(flat, width, height, taken) {
   const top = EDGE.long / 2;

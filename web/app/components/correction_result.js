@@ -99,7 +99,7 @@ function Reasons({ settings }) {
   return html`${reasons.map(({ reason, of }) => html`<span key=${reason} class="reason">${reason}: ${of}.</span> `)}`;
 }
 
-/** A change that is made although it is indistinguishable from zero. @param {SettingChange} setting */
+/** Returns true for a change that is made although it is indistinguishable from zero. @param {SettingChange} setting */
 const isUnsure = (setting) => !isIdle(setting) && !setting.limited && !significant(setting);
 
 /** @param {SettingChange} setting */
@@ -414,7 +414,7 @@ export function Figures({ kept, csvName, of }) {
   });
 }
 
-/** The response of the machine. @param {{ answer: MachineAnswer, entered: boolean }} props `entered`: compared with what was entered */
+/** The response of the machine. @param {{ answer: MachineAnswer, entered: boolean }} props `entered`: compared with the entered changes */
 export function Answer({ answer, entered }) {
   const { value } = fmt;
   const kind = {

@@ -47,7 +47,7 @@ export function measureAction(jobId) {
 /**
  * A refusal or a lost connection, in full.
  * @param {{ error: unknown, retry?: (() => void) | undefined, retries?: boolean, back?: Children, except?: readonly string[] }} props
- *   `retries`: whether a request to a busy server is repeated; `except`: pointers whose errors are shown at their fields
+ *   `retries`: whether a request to a busy server is repeated; `except`: pointers of errors shown at their fields
  */
 export function Failure({ error, retry, retries = false, back, except = [] }) {
   const id = useId();

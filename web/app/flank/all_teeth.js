@@ -57,7 +57,7 @@ export function AllTeeth({ jobId, number, records, name, flipU, file, onShown })
   }, [there]);
   return loaded({
     resource,
-    // what is below does not move into view and out again
+    // the content below does not move into view and out again
     lines: 36,
     children: (flanks) =>
       flanks.length === 0

@@ -56,7 +56,7 @@ export function FitFacts({ result, axes }) {
 
 /**
  * @param {{ result: FitResult, axes: Axes | null | undefined, level?: number | undefined, hideCaption?: boolean }} props `level`: of
- *   the intervals, which are shown where they were answered
+ *   the intervals, which are shown if the fit has them
  */
 export function CoefficientTable({ result, axes, level = 0.95, hideCaption = false }) {
   const dependent = result.collinearity.near_dependencies ?? [];

@@ -21,7 +21,7 @@ import { boxOf, extremesOf, nearestNode, nodeOf } from "./surface.js";
 /** @typedef {{ label: string, unit?: string | undefined }} MapAxis */
 /** @typedef {{ u: MapAxis, v: MapAxis }} MapAxes */
 
-/** As of the charts, so that adjacent sections align. */
+/** The same as of charts, so that adjacent sections align. */
 export const MARGIN = { top: 12, right: 16, bottom: 44, left: 64 };
 const NONE = { top: 0, right: 0, bottom: 0, left: 0 };
 const MOST_LINES = 60;

@@ -6,7 +6,7 @@ import { boxOf, gridOf } from "./surface.js";
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("./surface.js").Box} Box */
 
-/** The approximate number of nodes to which a grid is thinned; scattered ones stay. @param {FlankSurface} surface @param {number} most @returns {FlankSurface} */
+/** Thins a grid to about this many nodes; scattered ones stay. @param {FlankSurface} surface @param {number} most @returns {FlankSurface} */
 export function thinnedTo(surface, most) {
   if (surface.kind !== "grid" || surface.z.length <= most) return surface;
   const every = Math.ceil(Math.sqrt(surface.z.length / most));

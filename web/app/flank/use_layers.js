@@ -89,7 +89,7 @@ export function useJobLimit(jobId, numbers) {
 
 /**
  * Returns a fit of an iteration in full.
- * @param {string} jobId @param {number} number @param {string | undefined} fitId none: nothing is asked for
+ * @param {string} jobId @param {number} number @param {string | undefined} fitId none: nothing is requested
  * @param {readonly import("../api/client.js").Schema<"FitInclude">[]} [include]
  */
 export function useFit(jobId, number, fitId, include = []) {
@@ -121,7 +121,7 @@ function useCorrection(jobId, number, wanted) {
 
 /**
  * Returns the design at the nodes of an iteration.
- * @param {string} jobId @param {number} number @param {string | undefined} measured what the nodes are of; none: nothing is asked for
+ * @param {string} jobId @param {number} number @param {string | undefined} measured measurand of the nodes; none: nothing is requested
  */
 function useDesign(jobId, number, measured) {
   return useResource(measured === undefined ? null : `design ${jobId} ${number} ${measured}`, (signal) =>

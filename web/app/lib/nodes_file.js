@@ -65,7 +65,7 @@ function ofJson(text) {
   return { file: { nodes: request.nodes, text, spec, measurement, ...counted(request.nodes) } };
 }
 
-/** @param {any} nodes not looked at by anybody yet */
+/** @param {any} nodes not validated yet */
 function counted({ type, z, y, valid }) {
   const heights = type === "curve" || type === "matrix" ? y : z;
   let [count, missing] = [0, 0];

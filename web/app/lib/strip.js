@@ -14,7 +14,7 @@
 /** @param {Maybe} value @returns {value is number} */
 export const finite = (value) => typeof value === "number" && Number.isFinite(value);
 
-/** All that is drawn of an estimate. @param {Estimate} estimate */
+/** Returns all values drawn of an estimate. @param {Estimate} estimate */
 function reach({ value, error, interval, bias, leastSquares }) {
   const about = (/** @type {Maybe} */ by) => (finite(value) && finite(by) ? [value - by, value + by] : []);
   return [value, leastSquares, ...(interval ?? []), ...about(error), ...about(bias)].filter(finite);

@@ -45,7 +45,7 @@ const KINDS = /** @type {const} */ ({ waiting: "plain", sending: "plain", done: 
 /**
  * @param {{ entry: Entry, most: number, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void,
  *   onMapping: (mapping: import("../lib/nodes_table.js").Mapping) => void }} props
- *   `most`: bytes that the server takes; `fields`: pointers whose errors stand at fields
+ *   `most`: bytes that the server takes; `fields`: pointers of errors shown at fields
  */
 export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel, onMapping }) {
   const { file, content, state, error, number, gears, progress } = entry;

@@ -32,7 +32,7 @@ import { surfaceOf } from "../flank/layers.js";
 /** @typedef {{ record: JobRecord, result: GearEvaluation, request: Partial<EvaluateGear>, gear: Gear | undefined, tolerances: GearTolerances | undefined }} Evaluated */
 /** @typedef {{ record: JobRecord, result: PitchEvaluation }} Pitched */
 
-/** @param {Job} job @param {readonly TracedIteration[]} traced @param {readonly number[]} numbers none: nothing is asked for */
+/** @param {Job} job @param {readonly TracedIteration[]} traced @param {readonly number[]} numbers none: nothing is requested */
 export function useReport(job, traced, numbers) {
   // another chosen fit or another record makes another report
   const state = traced.map(({ choices, records }) => [choices.at(-1)?.created_at, records?.at(-1)?.id]);

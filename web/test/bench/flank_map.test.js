@@ -24,14 +24,14 @@ async function drawing({ page, open }, id) {
       }
     }).observe({ type: "resource" });
     new MutationObserver(() => {
-      if (seen.drawn === 0 && document.querySelector('[data-extreme="maximum"]')) seen.drawn = performance.now();
+      if (seen.drawn === 0 && document.querySelector('[data-extreme="greatest"]')) seen.drawn = performance.now();
     }).observe(document.body, { subtree: true, childList: true });
   });
   const browser = page.context().browser();
   assert.ok(browser);
   await browser.startTracing(page, { categories: ["toplevel", "__metadata"] });
   await page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Iteration 1" }).click();
-  await page.locator('[data-extreme="maximum"]').waitFor();
+  await page.locator('[data-extreme="greatest"]').waitFor();
   const seen = await page.evaluate(() => /** @type {any} */ (window).seen);
   assert.ok(seen.answered > 0 && seen.drawn > 0, JSON.stringify(seen));
   return { drawn: seen.drawn - seen.answered, task: longestTask(await browser.stopTracing()) };

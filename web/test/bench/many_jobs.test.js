@@ -7,7 +7,7 @@ const JOBS = 10_000;
 const AT_ONCE = 32;
 const LISTS = 200;
 
-/** Names every tenth job's machine differently, the last one changed last. @param {import("../browser/harness.js").World} world */
+/** Creates the jobs: every tenth on another machine, the last one changed last. @param {import("../browser/harness.js").World} world */
 async function made({ call }) {
   let next = 0;
   const worker = async () => {

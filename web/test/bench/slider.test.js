@@ -42,7 +42,7 @@ for (const [rows, columns] of SIZES) {
     for (let round = 0; round < ROUNDS; round += 1) {
       const before = page.url();
       await page.keyboard.press("ArrowRight");
-      // the address follows once the answer is shown
+      // the address follows once the result is shown
       await page.waitForURL((url) => url.href !== before);
       const { moved, shown } = await page.evaluate(() => /** @type {any} */ (window).seen);
       assert.ok(shown > moved, `${shown} after ${moved}`);

@@ -45,7 +45,7 @@ browserTest("100,000 nodes turn", { context: { viewport: { width: 700, height: 8
       const pixel = new Uint8Array(4);
       const turn = async (/** @type {number} */ i) => {
         target.dispatchEvent(new PointerEvent("pointermove", at(i)));
-        // waits until the frame is drawn, not only asked for
+        // waits until the frame is drawn, not only requested
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
         await next();
       };

@@ -261,7 +261,7 @@ browserTest("a value before shows the one after, and the next correction goes on
   await entered.getByRole("button", { name: "Save entry" }).click();
   await entered.getByText("Edit entry").click();
   assert.equal(await before.inputValue(), "17.89");
-  // of the earlier correction they are no longer shown
+  // those of the earlier correction are no longer shown
   await open(pathOf(id));
   await entered.getByText("Edit entry").click();
   await angle.getByLabel("Change").fill("14.5");

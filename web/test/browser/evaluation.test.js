@@ -173,7 +173,7 @@ browserTest("traces are held against the limits and bands that the job asks for"
   const limits = page.getByRole("table", { name: "Profiles" }).getByRole("row", { name: "Limits" });
   await limits.getByText("1 … 6", { exact: true }).waitFor();
 
-  // two bands a chart; mean line and parabola lie where the answer says
+  // two bands a chart; mean line and parabola lie at the places of the result
   const chart = page.getByRole("img", { name: /^Profiles, Tooth 1/ });
   assert.equal(await chart.locator(".k-band.required").count(), 2);
   assert.ok((await chart.locator(".k-outside-line").count()) > 0, "what is outside of the narrow band is marked");

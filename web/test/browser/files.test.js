@@ -79,7 +79,7 @@ browserTest("of a REXS model the gear is named, and its topography is a map", { 
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
   await loaded();
-  await page.locator('[data-extreme="maximum"]', { hasText: "26.0 µm" }).waitFor();
+  await page.locator('[data-extreme="greatest"]', { hasText: "26.0 µm" }).waitFor();
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
@@ -114,8 +114,8 @@ browserTest("points in space become a map of what stands out of the flank", {}, 
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
   await loaded();
-  await page.locator('[data-extreme="maximum"]', { hasText: "8.0 µm" }).waitFor();
-  await page.locator('[data-extreme="minimum"]', { hasText: "5.0 µm" }).waitFor();
+  await page.locator('[data-extreme="greatest"]', { hasText: "8.0 µm" }).waitFor();
+  await page.locator('[data-extreme="least"]', { hasText: "5.0 µm" }).waitFor();
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
@@ -250,7 +250,7 @@ browserTest("what is cut off before its result is sent again, and stored once", 
   await page.route("**/v1/jobs/*/iterations", async (route) => {
     const next = met.shift();
     if (next === undefined) return route.continue();
-    // what is stored is lost on its way
+    // the response to a stored request is lost
     if (next === "after") await route.fetch();
     const body = 'event: progress\ndata: {"progress":0.5}\n\n';
     return route.fulfill({ contentType: "text/event-stream", body });

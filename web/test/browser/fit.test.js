@@ -66,7 +66,7 @@ browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page
   await page.getByRole("columnheader", { name: "95 % interval" }).waitFor();
   await page.getByLabel("Layer").selectOption({ label: "Residual" });
   const greatest = Math.max(...result.residuals.values);
-  await page.locator('[data-extreme="maximum"]', { hasText: `${greatest.toFixed(1)} µm` }).waitFor();
+  await page.locator('[data-extreme="greatest"]', { hasText: `${greatest.toFixed(1)} µm` }).waitFor();
   for (const { code } of result.warnings)
     assert.equal(await page.getByText(code, { exact: true }).count(), code === "norm_limit_is_estimate" ? 0 : 1, code);
   assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);

@@ -390,8 +390,8 @@ function world(page, server) {
     const heading = page.locator('main[aria-busy="false"] h1').first();
     do {
       await heading.waitFor();
-      // what the page does once it is painted comes behind the next frame (shortcuts, what the
-      // caller may), and may ask for more
+      // work after painting comes behind the next frame (shortcuts, permissions of the
+      // caller), and may send further requests
       await painted(page);
     } while (!(await heading.isVisible()));
   };

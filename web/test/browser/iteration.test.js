@@ -16,8 +16,8 @@ browserTest("the map names the least and the greatest node", {}, async ({ page, 
   await open(map(id, 1));
   const { z } = await call("GET", `/v1/jobs/${id}/iterations/1/nodes`);
   for (const [name, sign] of /** @type {const} */ ([
-    ["minimum", -1],
-    ["maximum", 1],
+    ["least", -1],
+    ["greatest", 1],
   ])) {
     const all = z.flatMap((/** @type {(number | null)[]} */ heights, /** @type {number} */ row) =>
       heights.flatMap((height, column) => (height === null ? [] : [{ z: height, row, column }])),
@@ -45,17 +45,17 @@ browserTest(
     const fit = made.fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
     const { result } = await call("GET", `/v1/jobs/${id}/iterations/2/fits/${fit.id}?include=residuals,fitted`);
     const greatest = Math.max(...result.residuals.values);
-    await page.locator('[data-extreme="maximum"]', { hasText: digits(greatest) }).waitFor();
+    await page.locator('[data-extreme="greatest"]', { hasText: digits(greatest) }).waitFor();
     await page.getByLabel("Layer").selectOption({ label: "Fitted" });
     const top = Math.max(...result.residuals.fitted);
-    await page.locator('[data-extreme="maximum"]', { hasText: digits(top) }).waitFor();
+    await page.locator('[data-extreme="greatest"]', { hasText: digits(top) }).waitFor();
     await page.getByLabel("Layer").selectOption({ label: "Difference from another iteration" });
     const [first, second] = await Promise.all([1, 2].map((n) => call("GET", `/v1/jobs/${id}/iterations/${n}/nodes`)));
     const differences = second.z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
       row.flatMap((z, j) => (z === null || first.z[i][j] === null ? [] : [z - first.z[i][j]])),
     );
     const most = Math.max(...differences);
-    await page.locator('[data-extreme="maximum"]', { hasText: digits(most) }).waitFor();
+    await page.locator('[data-extreme="greatest"]', { hasText: digits(most) }).waitFor();
     const slider = page.getByRole("slider", { name: /minus iteration 1/ });
     await slider.focus();
     await page.keyboard.press("ArrowRight");
@@ -86,8 +86,8 @@ browserTest("a map from the design", {}, async ({ page, open, loaded, job, itera
   const left = z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
     row.flatMap((height, k) => (height === null ? [] : [height - design[i * columns + k]])),
   );
-  await page.locator('[data-extreme="maximum"]', { hasText: digits(Math.max(...left)) }).waitFor();
-  await page.locator('[data-extreme="minimum"]', { hasText: digits(Math.min(...left)) }).waitFor();
+  await page.locator('[data-extreme="greatest"]', { hasText: digits(Math.max(...left)) }).waitFor();
+  await page.locator('[data-extreme="least"]', { hasText: digits(Math.min(...left)) }).waitFor();
   // without a design there is no such layer
   const plain = await job();
   await iteration(plain.id);

@@ -205,7 +205,7 @@ browserTest(
       if (request.url().includes(`/v1/jobs/${id}/trace`)) requests += 1;
     });
     await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
-    // a request from now on is answered after the event has gone out
+    // the response to a request from now on comes after the event has gone out
     await page.evaluate((place) => fetch(place).then((answer) => answer.text()), `/v1/jobs/${id}`);
     assert.equal(requests, 0);
     await page.keyboard.press("Escape");

@@ -38,7 +38,7 @@ browserTest(
   async ({ page, server }) => {
     await page.goto(`${server.url}/settings`);
     await page.evaluate((key) => sessionStorage.setItem("flankfit.key", key), KEY);
-    // what the server said before
+    // the last response of the server
     await page.route("**/v1/whoami", (route) =>
       route.fulfill({ json: { actor: "key", role: "engineer", scopes: ["read", "compute", "measure", "decide"] } }),
     );

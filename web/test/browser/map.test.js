@@ -79,14 +79,14 @@ browserTest("a correction has its layers: what it predicts, and what answered it
   const { u, v } = await call("GET", `${at}/nodes`);
   const [row, column] = [3, 7];
   await open(`/jobs/${id}/iterations/1?layer=predicted&at=${u[row]},${v[column]}`);
-  /** @param {readonly (number | null)[]} answered @param {string} name */
-  const shows = async (answered, name) => {
+  /** @param {readonly (number | null)[]} expected @param {string} name */
+  const shows = async (expected, name) => {
     // by a machine, without a datum: minus their mean
-    const heights = withoutMean(answered);
+    const heights = withoutMean(expected);
     const there = heights.filter((one) => one !== null);
     for (const [key, most] of /** @type {const} */ ([
-      ["minimum", Math.min(...there)],
-      ["maximum", Math.max(...there)],
+      ["least", Math.min(...there)],
+      ["greatest", Math.max(...there)],
     ])) {
       const index = heights.indexOf(most);
       const place = `row ${Math.floor(index / v.length) + 1}, column ${(index % v.length) + 1}`;

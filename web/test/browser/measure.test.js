@@ -26,8 +26,8 @@ browserTest(
     await page.getByLabel("Operator").fill("A. B.");
     await page.getByRole("button", { name: "Store as iteration" }).click();
     await page.waitForURL(`**/jobs/${id}/iterations/1`);
-    await page.locator('[data-extreme="minimum"]', { hasText: "row 1, column 15" }).waitFor();
-    await page.locator('[data-extreme="maximum"]', { hasText: "row 8, column 7" }).waitFor();
+    await page.locator('[data-extreme="least"]', { hasText: "row 1, column 15" }).waitFor();
+    await page.locator('[data-extreme="greatest"]', { hasText: "row 8, column 7" }).waitFor();
     const made = await call("GET", `/v1/jobs/${id}/iterations/1`);
     assert.deepEqual([made.operator, made.node_count, made.tooth], ["A. B.", 135, "1"]);
   },

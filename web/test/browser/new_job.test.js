@@ -117,7 +117,7 @@ browserTest(
     await page.getByText("The file contains 2 gears.").waitFor();
     assert.ok(pinion.missing.length > 0);
     await page.getByText(`Incomplete in the file: ${pinion.missing.join(", ")}`).waitFor();
-    await page.getByRole("button", { name: "Use" }).click();
+    await page.getByRole("button", { name: "Use", exact: true }).click();
     assert.equal(await page.getByLabel("Teeth z").inputValue(), String(wheel.gear.teeth));
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), wheel.name);
     await page.getByRole("button", { name: "Create the job" }).click();
@@ -135,7 +135,7 @@ browserTest("fields that a gear of a file fills are not folded", {}, async ({ pa
   await page
     .getByLabel("Gear from a file")
     .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(model) });
-  await page.getByRole("button", { name: "Use" }).click();
+  await page.getByRole("button", { name: "Use", exact: true }).click();
   await tip.waitFor();
   assert.equal(await tip.inputValue(), "54.1");
 });

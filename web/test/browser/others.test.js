@@ -128,7 +128,7 @@ browserTest("the list waits while somebody types", { alone: true }, async (world
     if (request.url().includes("/v1/jobs?")) requests += 1;
   });
   await job({ name: "made meanwhile" });
-  // a request from now on is answered after the event has gone out
+  // the response to a request from now on comes after the event has gone out
   await page.evaluate(() => fetch("/v1/whoami").then((answer) => answer.text()));
   await page.clock.runFor(5000);
   assert.equal(requests, 0);

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { browserTest, example } from "./harness.js";
 
-/** A temporarily overloaded server. @param {import("playwright-core").Route} route @param {number} seconds */
+/** Responds as a temporarily overloaded server. @param {import("playwright-core").Route} route @param {number} seconds */
 function busy(route, seconds) {
   const body = { type: "about:blank", title: "Busy", status: 503, code: "overloaded", detail: "Busy." };
   return route.fulfill({
@@ -31,7 +31,7 @@ browserTest("who lets a fit stand second is told what stands", { statuses: [412]
   await call("PUT", `${at}/chosen-fit`, { fit_id: theirs.id, reason: "theirs" });
   await dialog.getByRole("button", { name: "Choose this fit" }).click();
   await dialog.getByText("Changed by someone else in the meantime").waitFor();
-  await dialog.getByText("Current decision").waitFor();
+  await dialog.getByText("Currently chosen").waitFor();
   assert.equal(await dialog.getByLabel("Reason").inputValue(), "mine is better");
   await dialog.getByRole("button", { name: "Choose this fit anyway" }).click();
   await page.getByText("This fit is now the chosen one.").waitFor();

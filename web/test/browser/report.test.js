@@ -290,7 +290,7 @@ for (const [lang, words] of /** @type {const} */ ([
     assert.deepEqual([result.left.single_pitch_within, result.runout.within], [false, true]);
     holds(first, [`${f.um(result.runout.runout_um)} ✓`, words.note]);
     limits(result.runout.limits_um);
-    // of the second iteration, which has none, only the warnings are shown
+    // the second iteration, which has none, only shows its warnings
     const [own = ""] = first.split(words.warnings);
     assert.ok(!own.includes("Iteration 2"), own);
     // all of an iteration on one page, with nothing to press

@@ -20,7 +20,7 @@ browserTest("[ and ] lead to the same view of the iteration before and after", {
     await page.keyboard.press("]");
     await page.waitForURL(`**${iteration(2)}${view}`);
     await loaded();
-    // there is none after the last
+    // no further link after the last
     await page.keyboard.press("]");
     assert.equal(new URL(page.url()).pathname, `${iteration(2)}${view}`);
     await page.keyboard.press("[");

@@ -64,8 +64,8 @@ async function story(world, { press, type, pick }) {
   const { z } = await call("GET", `${at}/1/nodes`);
   const heights = z.flat().filter((/** @type {number | null} */ height) => height !== null);
   for (const [name, value] of [
-    ["minimum", Math.min(...heights)],
-    ["maximum", Math.max(...heights)],
+    ["least", Math.min(...heights)],
+    ["greatest", Math.max(...heights)],
   ])
     await page.locator(`[data-extreme="${name}"]`, { hasText: `${f.um(Number(value))} µm` }).waitFor();
 

@@ -71,7 +71,7 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   const flank = JSON.parse(await example("flank_z52.json")).nodes;
   const greatest = Math.max(...[0, 2, 4, 6, 8].flatMap((row) => flank.z[row]).filter((z) => z !== null));
   const written = `${greatest < 0 ? "−" : "+"}${Math.abs(greatest).toFixed(1)}`;
-  const most = (await map.locator('[data-extreme="maximum"]').textContent()) ?? "";
+  const most = (await map.locator('[data-extreme="greatest"]').textContent()) ?? "";
   assert.ok(most.includes(written.replace("+", "")), `${most}: ${written}`);
   // a selection does not hold back events
   await send([1]);

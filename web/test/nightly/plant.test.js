@@ -241,7 +241,7 @@ plantTest("what takes long is cancelled through the page", { role: "operator" },
   const { page, open, plant } = world;
   const { id } = await newJob(plant.at(0), "takes long");
   await open(`/jobs/${id}/measure`);
-  // of many more seconds than this test takes
+  // with many more seconds than this test takes
   const model = { type: "polynomial", degree: [8, 8], basis: "chebyshev" };
   await page.setInputFiles("#measure-files", grid(150, { model, estimator: { type: "least_trimmed_squares" } }));
   await page.locator(".queue-entry canvas").waitFor();
