@@ -6,7 +6,7 @@ import { browserTest, example } from "./harness.js";
 /** The content of the page. @param {import("playwright-core").Page} page */
 const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
 
-browserTest("what was chosen on a page stands in its address", {}, async (world) => {
+browserTest("the address has the choices made on a page", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);

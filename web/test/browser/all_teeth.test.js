@@ -11,7 +11,7 @@ const FLANKS = /** @type {const} */ ([
   [1, "left", 1],
 ]);
 
-browserTest("all teeth stand beside each other, and the figures are the interface's", {}, async (world) => {
+browserTest("all teeth are side by side, and the figures are the interface's", {}, async (world) => {
   const { page, open, job, call, loaded } = world;
   const { id } = await job();
   // an iteration that is of no tooth may have deviations of any

@@ -13,7 +13,7 @@ const f = formats("en");
 const figureOf = (page, name) =>
   page.locator("figure").filter({ has: page.getByRole("heading", { name, exact: true }) });
 
-browserTest("the curves, the plateau and the standing fit stand where they are", {}, async (world) => {
+browserTest("the curves, the plateau and the chosen fit are at their places", {}, async (world) => {
   const { page, open, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
@@ -47,8 +47,8 @@ browserTest("the curves, the plateau and the standing fit stand where they are",
     for (const [i, end] of result.lambda_star_interval.entries()) near(drawn.span?.[i], x(end), `${name}, plateau`);
     const [mark, ...more] = drawn.dots["vermilion"] ?? [];
     assert.equal(more.length, 0, name);
-    near(mark?.x, x(chosen), `${name}, the standing fit`);
-    near(mark?.y, heightAt(line, x(chosen)), `${name}, the standing fit`);
+    near(mark?.x, x(chosen), `${name}, the chosen fit`);
+    near(mark?.y, heightAt(line, x(chosen)), `${name}, the chosen fit`);
     const choices = result.choices.flatMap((/** @type {any} */ { lambda_star: value }) =>
       value === undefined ? [] : [x(value)],
     );

@@ -20,7 +20,7 @@ function agrees(text, value) {
   );
 }
 
-browserTest("a correction is asked for, entered, and compared with what was measured after it", {}, async (world) => {
+browserTest("a correction is requested, entered, and compared with the next measurement", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);
@@ -66,7 +66,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
     agrees(await cells.nth(2).textContent(), expected.predicted_um);
     const places = (/** @type {string | null} */ text) => /\d+(?:\.(\d+))?/.exec(text ?? "")?.[1]?.length ?? 0;
     const [before, predicted] = [await cells.nth(0).textContent(), await cells.nth(2).textContent()];
-    assert.equal(places(predicted), places(before), `${predicted} beside ${before}`);
+    assert.equal(places(predicted), places(before), `${predicted} next to ${before}`);
     agrees(await cells.nth(3).textContent(), expected.measured.value_um);
     agrees(await cells.nth(4).textContent(), expected.change.value_um);
     agrees(await cells.nth(5).textContent(), expected.difference.value_um);
@@ -85,7 +85,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   assert.ok(text.startsWith("Identifier,CharacteristicIdentifier,CorrectionValueRelative"), text);
 });
 
-browserTest("a refusal stands at its field, and nothing typed is lost", { statuses: [422] }, async (world) => {
+browserTest("a refusal is shown at its field, and no input is lost", { statuses: [422] }, async (world) => {
   const { page, open, loaded, job, iteration } = world;
   const { id } = await job();
   await iteration(id);

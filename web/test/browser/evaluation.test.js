@@ -127,7 +127,7 @@ browserTest(
   },
 );
 
-browserTest("traces are held against the limits and bands that the job asks for", {}, async (world) => {
+browserTest("traces are compared with the limits and bands of the job", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
   // from end to end of the example's traces, one wide enough for them and one too narrow

@@ -83,7 +83,7 @@ browserTest("of a REXS model the gear is named, and its topography is a map", { 
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
-browserTest("points in space become a map of what stands out of the flank", {}, async (world) => {
+browserTest("points in space become a map of the deviations", {}, async (world) => {
   const { page, open, loaded, job, call, server } = world;
   const { id } = await job({ gear: SPUR });
   const flank = {
@@ -169,7 +169,7 @@ browserTest("a table names the line and the column of a bad cell", { statuses: [
   assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
 });
 
-browserTest("a file that was written anew since it was read is not sent", {}, async ({ page, open, job, call }) => {
+browserTest("a file that was changed since it was read is not sent", {}, async ({ page, open, job, call }) => {
   const { id } = await job();
   await open(`/jobs/${id}/measure`);
   const folder = await mkdtemp(path.join(tmpdir(), "flankfit-file-"));

@@ -17,7 +17,7 @@ browserTest("the ends of the face width are named as those of a cylindrical gear
   assert.doesNotMatch(text, /Zehe|Ferse/);
 });
 
-browserTest("beside the map no table is wider than its place", GERMAN, async ({ page, open, job, iteration }) => {
+browserTest("next to the map no table is wider than its place", GERMAN, async ({ page, open, job, iteration }) => {
   const { id } = await job();
   await iteration(id);
   for (const width of [1280, 1180, 1024, 768]) {
@@ -31,7 +31,7 @@ browserTest("beside the map no table is wider than its place", GERMAN, async ({ 
   }
 });
 
-browserTest("on a tablet no table is cut off, and no name stands over a value", GERMAN, async (world) => {
+browserTest("on a tablet no table is cut off, and no name overlaps a value", GERMAN, async (world) => {
   const { page, open, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
   const { id } = await job({ requirements });

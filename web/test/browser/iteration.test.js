@@ -30,47 +30,43 @@ browserTest("the map names the least and the greatest node", {}, async ({ page, 
   await page.getByText("3 nodes missing").waitFor();
 });
 
-browserTest(
-  "layers, crosshair and zoom stand in the address",
-  {},
-  async ({ page, open, loaded, job, iteration, call }) => {
-    const { id } = await job();
-    await iteration(id);
-    await iteration(id, "flank_z52_remachined.json");
-    await open(map(id, 2));
-    await page.getByLabel("Layer").selectOption({ label: "Residual" });
-    await page.waitForURL(/layer=residual/);
-    await loaded();
-    const made = await call("GET", `/v1/jobs/${id}/iterations/2`);
-    const fit = made.fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
-    const { result } = await call("GET", `/v1/jobs/${id}/iterations/2/fits/${fit.id}?include=residuals,fitted`);
-    const greatest = Math.max(...result.residuals.values);
-    await page.locator('[data-extreme="greatest"]', { hasText: digits(greatest) }).waitFor();
-    await page.getByLabel("Layer").selectOption({ label: "Fitted" });
-    const top = Math.max(...result.residuals.fitted);
-    await page.locator('[data-extreme="greatest"]', { hasText: digits(top) }).waitFor();
-    await page.getByLabel("Layer").selectOption({ label: "Difference from another iteration" });
-    const [first, second] = await Promise.all([1, 2].map((n) => call("GET", `/v1/jobs/${id}/iterations/${n}/nodes`)));
-    const differences = second.z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
-      row.flatMap((z, j) => (z === null || first.z[i][j] === null ? [] : [z - first.z[i][j]])),
-    );
-    const most = Math.max(...differences);
-    await page.locator('[data-extreme="greatest"]', { hasText: digits(most) }).waitFor();
-    const slider = page.getByRole("slider", { name: /minus iteration 1/ });
-    await slider.focus();
-    await page.keyboard.press("ArrowRight");
-    await page.keyboard.press("ArrowUp");
-    await page.waitForURL(/at=/);
-    const said = await slider.getAttribute("aria-valuetext");
-    await page.getByRole("button", { name: "Zoom in" }).click();
-    await page.waitForURL(/zoom=/);
-    await page.reload();
-    await loaded();
-    assert.equal(await page.getByRole("slider", { name: /minus iteration 1/ }).getAttribute("aria-valuetext"), said);
-    await page.getByRole("button", { name: "Whole flank" }).click();
-    await page.waitForURL((url) => !url.search.includes("zoom"));
-  },
-);
+browserTest("the address has layers, crosshair and zoom", {}, async ({ page, open, loaded, job, iteration, call }) => {
+  const { id } = await job();
+  await iteration(id);
+  await iteration(id, "flank_z52_remachined.json");
+  await open(map(id, 2));
+  await page.getByLabel("Layer").selectOption({ label: "Residual" });
+  await page.waitForURL(/layer=residual/);
+  await loaded();
+  const made = await call("GET", `/v1/jobs/${id}/iterations/2`);
+  const fit = made.fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
+  const { result } = await call("GET", `/v1/jobs/${id}/iterations/2/fits/${fit.id}?include=residuals,fitted`);
+  const greatest = Math.max(...result.residuals.values);
+  await page.locator('[data-extreme="greatest"]', { hasText: digits(greatest) }).waitFor();
+  await page.getByLabel("Layer").selectOption({ label: "Fitted" });
+  const top = Math.max(...result.residuals.fitted);
+  await page.locator('[data-extreme="greatest"]', { hasText: digits(top) }).waitFor();
+  await page.getByLabel("Layer").selectOption({ label: "Difference from another iteration" });
+  const [first, second] = await Promise.all([1, 2].map((n) => call("GET", `/v1/jobs/${id}/iterations/${n}/nodes`)));
+  const differences = second.z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
+    row.flatMap((z, j) => (z === null || first.z[i][j] === null ? [] : [z - first.z[i][j]])),
+  );
+  const most = Math.max(...differences);
+  await page.locator('[data-extreme="greatest"]', { hasText: digits(most) }).waitFor();
+  const slider = page.getByRole("slider", { name: /minus iteration 1/ });
+  await slider.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowUp");
+  await page.waitForURL(/at=/);
+  const said = await slider.getAttribute("aria-valuetext");
+  await page.getByRole("button", { name: "Zoom in" }).click();
+  await page.waitForURL(/zoom=/);
+  await page.reload();
+  await loaded();
+  assert.equal(await page.getByRole("slider", { name: /minus iteration 1/ }).getAttribute("aria-valuetext"), said);
+  await page.getByRole("button", { name: "Whole flank" }).click();
+  await page.waitForURL((url) => !url.search.includes("zoom"));
+});
 
 browserTest("a map from the design", {}, async ({ page, open, loaded, job, iteration, call }) => {
   const { id } = await job({ requirements: { design: { profile_crowning_um: 8, helix_crowning_um: 5 } } });
@@ -124,7 +120,7 @@ browserTest("a layer is saved as CSV and as PNG", {}, async ({ page, open, job, 
 });
 
 browserTest(
-  "who decides second is told what stands there",
+  "the second of two deciders sees the current decision",
   { statuses: [412] },
   async ({ page, open, job, iteration, call }) => {
     const { id } = await job();

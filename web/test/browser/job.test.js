@@ -26,7 +26,7 @@ browserTest(
 );
 
 browserTest(
-  "limits stand by flank, and what is outside of them is red",
+  "limits are listed by flank, and figures outside them are red",
   {},
   async ({ page, open, job, iteration, call }) => {
     const limits = { profile_slope_um: [-6, 6], left: { helix_slope_um: [-6, 2] }, right: { helix_slope_um: [-2, 6] } };
@@ -129,40 +129,36 @@ browserTest("a job that is not there has a way back", { statuses: [404] }, async
   await page.getByRole("heading", { name: "Jobs" }).waitFor();
 });
 
-browserTest(
-  "a server that is busy is asked again when it says so",
-  { statuses: [503] },
-  async ({ page, open, job }) => {
-    const { id } = await job();
-    let refused = 0;
-    await page.clock.install();
-    await page.route(`**/v1/jobs/${id}`, async (route) => {
-      refused += 1;
-      if (refused > 1) return route.continue();
-      const body = {
-        type: "urn:flankfit:problem:overloaded",
-        title: "Busy",
-        status: 503,
-        code: "overloaded",
-        detail: "Every worker is busy.",
-      };
-      return route.fulfill({
-        status: 503,
-        headers: { "retry-after": "70" },
-        contentType: "application/problem+json",
-        body: JSON.stringify(body),
-      });
+browserTest("a busy server is tried again when it says so", { statuses: [503] }, async ({ page, open, job }) => {
+  const { id } = await job();
+  let refused = 0;
+  await page.clock.install();
+  await page.route(`**/v1/jobs/${id}`, async (route) => {
+    refused += 1;
+    if (refused > 1) return route.continue();
+    const body = {
+      type: "urn:flankfit:problem:overloaded",
+      title: "Busy",
+      status: 503,
+      code: "overloaded",
+      detail: "Every worker is busy.",
+    };
+    return route.fulfill({
+      status: 503,
+      headers: { "retry-after": "70" },
+      contentType: "application/problem+json",
+      body: JSON.stringify(body),
     });
-    await open(`/jobs/${id}`);
-    await page.getByText("Retrying in 70 s.").waitFor();
-    // time also passes by itself, so that less than all of it may be enough
-    await page.clock.runFor(40_000);
-    assert.equal(refused, 1);
-    await page.clock.runFor(31_000);
-    await page.getByRole("heading", { name: "Pump gear, finish grinding" }).waitFor();
-    assert.ok(refused >= 2);
-  },
-);
+  });
+  await open(`/jobs/${id}`);
+  await page.getByText("Retrying in 70 s.").waitFor();
+  // time also passes by itself, so that less than all of it may be enough
+  await page.clock.runFor(40_000);
+  assert.equal(refused, 1);
+  await page.clock.runFor(31_000);
+  await page.getByRole("heading", { name: "Pump gear, finish grinding" }).waitFor();
+  assert.ok(refused >= 2);
+});
 
 browserTest(
   "without a server what was loaded stays, and comes alive again",

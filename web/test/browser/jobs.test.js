@@ -33,7 +33,7 @@ browserTest("names are text, in the page and in the file", { alone: true }, asyn
 });
 
 browserTest(
-  "what became of the last iteration stands in the list",
+  "the list shows the result of the last iteration",
   { alone: true },
   async ({ page, open, job, iteration, call }) => {
     const { id } = await job({ name: "measured" });
@@ -113,7 +113,7 @@ browserTest(
     await page.getByLabel("Changed until").fill("2020-01-01");
     await page.getByText("This date is before the first.").waitFor();
     await page.getByRole("button", { name: "Apply" }).click();
-    assert.ok(!page.url().includes("part="), "nothing is asked that cannot be");
+    assert.ok(!page.url().includes("part="), "no invalid filter is sent");
     await page.getByLabel("Changed until").fill(today);
     await page.getByRole("button", { name: "Apply" }).click();
     await page.waitForURL(/part=4711&tag=cell%3AB/);
@@ -132,7 +132,7 @@ browserTest(
 );
 
 browserTest(
-  "what the server does not take of a filter stands at it",
+  "an error of a filter is shown at its field",
   { statuses: [422], alone: true },
   async ({ page, open, job }) => {
     await job();

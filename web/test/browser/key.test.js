@@ -8,7 +8,7 @@ const KEY = "a-key-for-the-tests";
 const serve = [`--api-keys-sha256=${createHash("sha256").update(KEY).digest("hex")}`, "--auth=required"];
 
 browserTest(
-  "a key is asked for, tried, kept for the tab and forgotten",
+  "a key is requested, tried, kept for the tab and forgotten",
   { serve, statuses: [401] },
   async ({ page, open, call }) => {
     await call("POST", "/v1/jobs", { name: "guarded" }, { "x-api-key": KEY });
@@ -33,7 +33,7 @@ browserTest(
 );
 
 browserTest(
-  "a key whose rights were taken away meanwhile is told so, and can be changed",
+  "a key whose rights were revoked is reported, and can be changed",
   { serve: [...serve, "--api-keys-role=reader"], statuses: [401, 403] },
   async ({ page, server }) => {
     await page.goto(`${server.url}/settings`);
@@ -54,7 +54,7 @@ browserTest(
 );
 
 browserTest(
-  "a key is kept in the browser where that is asked for, until it is forgotten",
+  "a key is kept in the browser on request, until it is forgotten",
   { serve, statuses: [401] },
   async ({ page, open, call, server }) => {
     await call("POST", "/v1/jobs", { name: "guarded" }, { "x-api-key": KEY });
@@ -80,7 +80,7 @@ browserTest(
   },
 );
 
-browserTest("a 403 that another key would not change asks for none", { statuses: [403] }, async ({ page, open }) => {
+browserTest("a 403 that another key would not change requests none", { statuses: [403] }, async ({ page, open }) => {
   await page.route("**/v1/jobs", (route) =>
     route.request().method() === "POST"
       ? route.fulfill({

@@ -9,7 +9,7 @@ import { termSign } from "../../app/lib/terms.js";
 
 const f = formats("en");
 
-browserTest("gcv is shown, kept and let stand: in the trace and the interface", {}, async (world) => {
+browserTest("gcv is shown, stored and chosen: in the trace and the interface", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
@@ -232,7 +232,7 @@ browserTest("keeping a refit that takes long ends when it is cancelled", {}, asy
   assert.equal(fits.length, 1);
 });
 
-browserTest("tables fit a tablet, of the fit and of a refit beside it", {}, async (world) => {
+browserTest("tables fit a tablet, of the fit and of a refit", {}, async (world) => {
   const { page, open, loaded, job, iteration } = world;
   const { id } = await job();
   await iteration(id);

@@ -16,7 +16,7 @@ function withoutMean(heights) {
   return heights.map((one) => (one === null ? null : one - mean));
 }
 
-browserTest("beside the map stands the fit: facts, coefficients, errors, intervals and bounds", {}, async (world) => {
+browserTest("the fit is next to the map: facts, coefficients, errors, intervals and bounds", {}, async (world) => {
   const { page, open, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
@@ -68,7 +68,7 @@ browserTest("beside the map stands the fit: facts, coefficients, errors, interva
   }
 });
 
-browserTest("a correction has its layers: what it predicts, and what answered it", {}, async (world) => {
+browserTest("a correction has its layers: prediction and response", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);

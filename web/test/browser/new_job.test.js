@@ -36,7 +36,7 @@ browserTest(
   },
 );
 
-browserTest("a name, teeth and a module are asked for among a few fields", {}, async ({ page, open, loaded }) => {
+browserTest("a name, teeth and a module are required, among few fields", {}, async ({ page, open, loaded }) => {
   await open("/jobs/new");
   const fields = page.locator("main :is(input, select, textarea)");
   const shown = await fields.evaluateAll((all) => all.filter((one) => one.checkVisibility()).length);
@@ -85,7 +85,7 @@ browserTest("a plain job needs a name only", { alone: true }, async ({ page, ope
   assert.deepEqual([items[0].name, items[0].gear], ["A flank", undefined]);
 });
 
-browserTest("what the server refuses stands at its field", { statuses: [422] }, async ({ page, open }) => {
+browserTest("an error of the server is shown at its field", { statuses: [422] }, async ({ page, open }) => {
   await open("/jobs/new");
   await page.getByLabel("Name", { exact: true }).fill("Too steep");
   await page.getByLabel("Teeth z").fill("20.5");

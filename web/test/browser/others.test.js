@@ -31,7 +31,7 @@ browserTest("the trace, the map and what comes of it follow another client", {},
   await page.getByText("seen elsewhere").waitFor();
 
   await following(world, id, `/jobs/${id}/iterations/1/lambda`);
-  await call("PUT", `${at}/chosen-fit`, { fit_id: made.id, reason: "stands by another" });
+  await call("PUT", `${at}/chosen-fit`, { fit_id: made.id, reason: "chosen by another" });
   const row = page.getByRole("row").filter({ hasText: "theirs" });
   await row.getByText("chosen", { exact: true }).waitFor();
 

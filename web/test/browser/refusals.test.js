@@ -15,7 +15,7 @@ function busy(route, seconds) {
   });
 }
 
-browserTest("who lets a fit stand second is told what stands", { statuses: [412] }, async (world) => {
+browserTest("the second of two who choose a fit sees the current choice", { statuses: [412] }, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
@@ -123,27 +123,23 @@ browserTest("nodes of a fit outlive a reload", {}, async ({ page, open, loaded }
 const KEY = "a-key-that-ends";
 const serve = [`--api-keys-sha256=${createHash("sha256").update(KEY).digest("hex")}`, "--auth=required"];
 
-browserTest(
-  "a key that is asked for in the middle of a form loses nothing of it",
-  { serve, statuses: [401] },
-  async (world) => {
-    const { page, server, loaded, call } = world;
-    await page.goto(`${server.url}/jobs/new`);
-    const dialog = page.getByRole("dialog", { name: "API key" });
-    await dialog.waitFor();
-    await page.keyboard.press("Escape");
-    await page.getByLabel("With gear data").uncheck();
-    await page.getByLabel("Name", { exact: true }).fill("typed without a key");
-    await page.getByRole("button", { name: "Create the job" }).click();
-    await dialog.getByLabel("Key", { exact: true }).fill(KEY);
-    await dialog.getByRole("button", { name: "Use this key" }).click();
-    await loaded();
-    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "typed without a key");
-    await page.getByRole("button", { name: "Create the job" }).click();
-    await page.getByRole("heading", { name: "typed without a key" }).waitFor();
-    assert.equal((await call("GET", "/v1/jobs", undefined, { "x-api-key": KEY })).items.length, 1);
-  },
-);
+browserTest("a request for a key in the middle of a form loses no input", { serve, statuses: [401] }, async (world) => {
+  const { page, server, loaded, call } = world;
+  await page.goto(`${server.url}/jobs/new`);
+  const dialog = page.getByRole("dialog", { name: "API key" });
+  await dialog.waitFor();
+  await page.keyboard.press("Escape");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByLabel("Name", { exact: true }).fill("typed without a key");
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await dialog.getByLabel("Key", { exact: true }).fill(KEY);
+  await dialog.getByRole("button", { name: "Use this key" }).click();
+  await loaded();
+  assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "typed without a key");
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("heading", { name: "typed without a key" }).waitFor();
+  assert.equal((await call("GET", "/v1/jobs", undefined, { "x-api-key": KEY })).items.length, 1);
+});
 
 browserTest(
   "what a busy server has put off is sent again, under the same key, a few times",

@@ -7,7 +7,7 @@ import { holds, onPaper, printed, run, story } from "./paper.js";
 
 /** @typedef {import("./harness.js").World} World */
 
-browserTest("the first page stands alone, with the figures of the interface and the decision", {}, async (world) => {
+browserTest("the first page is complete, with the figures of the interface and the decision", {}, async (world) => {
   const { page, open, call } = world;
   const id = await story(world);
   await open(`/jobs/${id}/report`);
@@ -76,7 +76,7 @@ browserTest("maps are drawn at 300 dots an inch, and no figure is split", {}, as
     .evaluateAll((all) => all.filter((one) => getComputedStyle(one).breakInside !== "avoid").length);
   assert.equal(split, 0);
   const { pages } = await printed(world);
-  assert.ok(!pages.join(" ").includes("Signature"), "the first page was not asked for");
+  assert.ok(!pages.join(" ").includes("Signature"), "the first page was not selected");
 });
 
 browserTest(
@@ -169,7 +169,7 @@ browserTest("names are text in print too, and long ones leave the first page one
   ]);
 });
 
-browserTest("limits that an evaluation names stand beside its figures, with what holds of them", {}, async (world) => {
+browserTest("limits of an evaluation are next to its figures, with their marks", {}, async (world) => {
   const { open, call, page } = world;
   const { id } = await world.job();
   await world.iteration(id);
@@ -308,7 +308,7 @@ browserTest("a report of iterations without pitches says so", {}, async (world) 
   await page.getByText("No pitches have been evaluated for these iterations.").waitFor();
 });
 
-browserTest("an iteration tells its pitches in short, and leads to them", {}, async (world) => {
+browserTest("an iteration shows its pitches in short, and links to them", {}, async (world) => {
   const { page, open } = world;
   const { id, result } = await pitches(world);
   await open(`/jobs/${id}/iterations/1`);

@@ -123,7 +123,7 @@ browserTest(
     await iteration(id, "flank_z52_remachined.json");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
     const all = iterations.map((/** @type {any} */ one) => one.fits[0].figures);
-    assert.equal(all[0].profile_slope_um.within, false, "the first iteration is beyond a limit");
+    assert.equal(all[0].profile_slope_um.within, false, "the first iteration is outside a limit");
 
     await open(`/jobs/${id}`);
     const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };

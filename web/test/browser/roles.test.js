@@ -70,18 +70,14 @@ browserTest(
   },
 );
 
-browserTest(
-  "an auditor looks, and asks for nothing that is computed",
-  { serve: as("auditor"), statuses: [401] },
-  async (world) => {
-    const { page, open } = world;
-    await withKey(world);
-    await open("/jobs");
-    assert.equal(await page.getByRole("link", { name: "Fit", exact: true }).count(), 0);
-    await open("/fit");
-    await page.getByText("may not compute").waitFor();
-  },
-);
+browserTest("an auditor's pages request no computation", { serve: as("auditor"), statuses: [401] }, async (world) => {
+  const { page, open } = world;
+  await withKey(world);
+  await open("/jobs");
+  assert.equal(await page.getByRole("link", { name: "Fit", exact: true }).count(), 0);
+  await open("/fit");
+  await page.getByText("may not compute").waitFor();
+});
 
 browserTest("the trace says by whom", { serve: as("engineer"), statuses: [401] }, async (world) => {
   const { page, open, call } = world;

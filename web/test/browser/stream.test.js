@@ -111,7 +111,7 @@ browserTest("what waits in a dialog is stopped there, and by closing it", { offl
   assert.equal((await call("GET", `/v1/streams/${stream.id}`)).state, "open");
 });
 
-browserTest("many blocks are asked for at most twice a second", {}, async (world) => {
+browserTest("many blocks are requested at most twice a second", {}, async (world) => {
   const { page, open } = world;
   const { send, path, stream } = await opened(world);
   const requests = await watchRequests(page, `/v1/streams/${stream.id}`);

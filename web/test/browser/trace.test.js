@@ -8,7 +8,7 @@ import { unitOf } from "./numbers.js";
 
 const f = formats("en");
 
-browserTest("the trace tells all that happened, in order, and compares two fits", {}, async (world) => {
+browserTest("the trace has all events, in order, and compares two fits", {}, async (world) => {
   const { page, open, loaded, job, iteration, call } = world;
   const { id } = await job();
   await iteration(id);

@@ -194,7 +194,7 @@ plantTest("each role is offered what it may do", { role: "reader" }, async ({ pa
 });
 
 plantTest(
-  "a right that is taken away while a page stands is told of, and nothing typed is lost",
+  "a right revoked while a page is open is reported, and no input is lost",
   { statuses: [401, 403] },
   async ({ page, open, loaded, plant }) => {
     const { id } = await newJob(plant.at(0), "of a lost right");
@@ -369,7 +369,7 @@ plantTest(
   },
 );
 
-plantTest("all that a page asks for comes from the proxy, by TLS alone", { role: "engineer" }, async (world) => {
+plantTest("all requests of a page go to the proxy, by TLS alone", { role: "engineer" }, async (world) => {
   const { page, open, plant } = world;
   const { url } = plant.server;
   const { id } = await newJob(plant.at(0), "by TLS");

@@ -49,7 +49,7 @@ async function looked(world, part) {
   return errors;
 }
 
-browserTest("every page stands, in each theme, language and width", { settings: { theme: "light" } }, async (world) => {
+browserTest("every page passes, in each theme, language and width", { settings: { theme: "light" } }, async (world) => {
   const { page, server, loaded } = world;
   /** @type {string[]} */
   const errors = [];
@@ -62,13 +62,13 @@ browserTest("every page stands, in each theme, language and width", { settings: 
     add(await jumps(page, () => world.open(listed.path)));
     if (listed.fill) await visit(world, listed);
     const before = await seen(page);
-    if (page.url() !== address) add([`stands at ${page.url()}`]);
+    if (page.url() !== address) add([`is at ${page.url()}`]);
     add(await looked(world));
     // the address has the whole view
     if (!listed.fill) {
       await page.reload();
       await loaded();
-      if (page.url() !== address) add([`stands at ${page.url()} after a reload`]);
+      if (page.url() !== address) add([`is at ${page.url()} after a reload`]);
     }
     const after = await seen(page);
     if (after !== before) add([`${before}\nis after a reload, or other languages and widths\n${after}`]);

@@ -41,11 +41,11 @@ for (const [name, map] of /** @type {const} */ ([
     const differences = lab.slice(1).map((one, i) => ciede2000(one, /** @type {typeof one} */ (lab[i])));
     const mean = differences.reduce((sum, one) => sum + one, 0) / differences.length;
     for (const difference of differences) {
-      assert.ok(difference >= 0.5 * mean && difference <= 2 * mean, `${difference} beside a mean of ${mean}`);
+      assert.ok(difference >= 0.5 * mean && difference <= 2 * mean, `${difference} with a mean of ${mean}`);
     }
   });
 
-  test(`the ends of ${name} are told apart without red or green cones`, () => {
+  test(`the ends of ${name} are distinguishable without red or green cones`, () => {
     for (const eye of /** @type {const} */ (["everybody", "protan", "deutan"])) {
       const [first, last] = [map[0], map.at(-1)].map((one) => seenBy(eye, /** @type {Rgb} */ (one)));
       const difference = ciede2000(
@@ -57,7 +57,7 @@ for (const [name, map] of /** @type {const} */ ([
   });
 }
 
-test("deviations are symmetric about 0, and beyond the limit end with it", () => {
+test("deviations are symmetric about 0, and clamped at the limit", () => {
   assert.deepEqual(deviationColour(-5, 5), vik[0]);
   assert.deepEqual(deviationColour(9, 5), vik.at(-1));
   assert.deepEqual(deviationColour(0, 5), vik[104]);
@@ -67,7 +67,7 @@ test("deviations are symmetric about 0, and beyond the limit end with it", () =>
   assert.equal(css([1, 2, 3]), "rgb(1 2 3)");
 });
 
-test("limits are steps of a decade, and nothing is clipped but what lies far beyond", () => {
+test("limits are steps of a decade, and only far outliers are clipped", () => {
   assert.deepEqual(
     [0.9, 1, 1.1, 1.6, 2.1, 3.2, 4.1, 5.01, 6.3, 8.2, 0.013, 12.2, 13.5].map(niceAbove),
     [1, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 0.015, 15, 15],

@@ -60,7 +60,7 @@ test("what is put off, or still done, is sent again as it was", async () => {
   ]);
 });
 
-test("what nobody has answered is sent again as it was, by a proxy's word or without", async () => {
+test("a request without a response is sent again unchanged, with a report of a proxy or without", async () => {
   answers = [{ status: 0 }, { status: 502, proxy: true }];
   const response = await sendAgain(decision(), transport);
   assert.equal(response.status, 201);
@@ -152,8 +152,8 @@ test("behind a proxy a page is live again once a server says so, and not by some
   await assert.rejects(transport(new Request("http://server/v1/jobs")));
   assert.ok(lostAt.value);
   await transport(new Request("http://server/v1/machines"));
-  assert.ok(lostAt.value, "one of them answers, another does not");
-  assert.equal(session.value, before, "nothing is asked for anew");
+  assert.ok(lostAt.value, "one of them responds, another does not");
+  assert.equal(session.value, before, "nothing is reloaded");
   alive = true;
   assert.ok(await probe());
   assert.equal(lostAt.value, null);

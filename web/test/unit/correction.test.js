@@ -67,7 +67,7 @@ test("what is no number is found at its place", () => {
     "/sensitivity/matrix": "row",
   });
   assert.ok(request.sensitivity.type === "matrix");
-  assert.deepEqual(request.sensitivity.matrix[0], [1, 0.5], "commas are decimal beside semicolons");
+  assert.deepEqual(request.sensitivity.matrix[0], [1, 0.5], "commas are decimal with semicolons");
   assert.equal(request.limits?.["gone"], undefined, "limits of settings that are named no more stay unsaid");
   assert.deepEqual(settingsOf(draft), [
     { name: "a", unit: "µm" },
@@ -75,7 +75,7 @@ test("what is no number is found at its place", () => {
   ]);
 });
 
-test("a change is significant beyond the half width of its 95 % interval", () => {
+test("a change is significant above the half width of its 95 % interval", () => {
   assert.equal(significant({ change: 0.024, std_error: 0.042 }), false);
   assert.equal(significant({ change: -14.89, std_error: 0.2 }), true);
   assert.equal(significant({ change: 3 }), true);

@@ -9,7 +9,7 @@ const one = (value) =>
     .slice(1, -1)
     .join("\r\n");
 
-test("lines end as RFC 4180 has them, units stand in the header", () => {
+test("lines end as RFC 4180 has them, units are in the header", () => {
   const columns = [
     { header: "slope", unit: "µm", value: (/** @type {number[]} */ row) => row[0] },
     { header: "a, b", value: (/** @type {number[]} */ row) => row[1] },

@@ -122,7 +122,7 @@ test("an image has the root below and the toe left, missing hatched, outside cle
   assert.deepEqual(pixel(29), [0, 0, 0, 0]);
   assert.equal(pixel(0)[3], 255);
   const [red = 0, , blue = 0] = pixel(14);
-  assert.ok(red > blue, "what stands out is red");
+  assert.ok(red > blue, "excess material is red");
   const [low = 0, , high = 0] = [...imageOf(Float32Array.of(-1), 1, 1)];
   assert.ok(high > low, "what is missing is blue");
 });
@@ -147,7 +147,7 @@ test("contours of a plane lie on it; a saddle has two lines", () => {
   assert.deepEqual(levelsOf(7), [-7, -5.6, -4.2, -2.8, -1.4, 0, 1.4, 2.8, 4.2, 5.6, 7], "a limit of one's own");
 });
 
-test("what is answered for the counted nodes stands at their places", () => {
+test("results of the counted nodes are at their places", () => {
   const residuals = atNodes(grid, [5, 6], [1, 11]);
   assert.equal(residuals.z[1], 5);
   assert.equal(residuals.z[11], 6);

@@ -5,7 +5,7 @@ import { ABSENT, formats, parseNumber } from "../../app/lib/format.js";
 const en = formats("en");
 const de = formats("de");
 
-test("values stand to the second digit of their standard error", () => {
+test("values are written to the second digit of their standard error", () => {
   const unit = "µm/mm";
   assert.equal(en.withError(7.7391, 0.5213, unit), "7.74 ± 0.52\u202fµm/mm");
   assert.equal(de.withError(7.7391, 0.5213, unit), "7,74 ± 0,52\u202fµm/mm");
@@ -79,7 +79,7 @@ test("fields take point and comma", () => {
   assert.equal(de.input(undefined), "");
 });
 
-test("intervals stand to the second digit of their error", () => {
+test("intervals are written to the second digit of their error", () => {
   assert.equal(en.interval([0.64076, 0.76727], 0.0323), "0.641 … 0.767");
   assert.equal(de.interval([-0.0486, 0.7235], 0.195, "µm"), "−0,05 … 0,72\u202fµm");
   assert.equal(en.interval([1, 1], undefined), "1.000 … 1.000");

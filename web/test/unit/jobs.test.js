@@ -31,7 +31,7 @@ test("days are whole days of this place", () => {
   assert.ok(!isReversed({ from: "2026-03-01", to: "2026-03-01" }) && !isReversed({ to: "2026-03-01" }));
 });
 
-test("counts by status follow what the list is narrowed down to, or are not told", () => {
+test("counts by status follow the filters, or are unknown", () => {
   /** @type {any} */
   const summary = { total: 208, by_status: [{ status: "open", count: 129 }] };
   const all = countsByStatus({ status: "open" }, summary, undefined);
@@ -45,7 +45,7 @@ test("counts by status follow what the list is narrowed down to, or are not told
   assert.equal(countsByStatus({ q: "sun" }, summary, undefined)("open"), undefined);
 });
 
-test("a count is told where it is known", () => {
+test("a count is shown if it is known", () => {
   /** @type {import("../../app/jobs/filters.js").JobSummary} */
   const summary = {
     total: 120,

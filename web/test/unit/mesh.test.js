@@ -87,7 +87,7 @@ const wordsSeen = (camera, heights = {}) => {
   return Object.fromEntries(words.map(({ key, x, y }) => [key, { x, y }]));
 };
 
-test("words stand outside of the edges that they name", () => {
+test("words are outside of the edges that they name", () => {
   const { root, tip, faceI, faceII } = wordsSeen({ yaw: 0, pitch: 90, zoom: 1 });
   assert.ok(root && tip && faceI && faceII);
   assert.ok(tip.y < 200 - 4 * 32 && root.y > 200 + 4 * 32 && Math.abs(tip.x - 300) < 1e-9);

@@ -44,7 +44,7 @@ test("JSON: nodes alone, and a request of an iteration", () => {
   assert.deepEqual(whole.measurement, { operator: "B" });
 });
 
-test("what is none of these is told", () => {
+test("anything else is reported", () => {
   const failure = (/** @type {string} */ text) => readNodes(text).failure;
   assert.equal(failure(" \n"), "empty");
   assert.equal(failure("{"), "json");
@@ -52,7 +52,7 @@ test("what is none of these is told", () => {
   assert.equal(failure('{"nodes": {"type": "cloud"}}'), "noNodes");
 });
 
-test("the file's spec stands unless something else is chosen", () => {
+test("the file's spec is kept unless something else is chosen", () => {
   const regularization = { type: "spectral", count: 2, lambda_star: { criterion: "min_mse" } };
   const nodes = { type: "scattered", u: [0], v: [0], z: [1] };
   const file = read(JSON.stringify({ nodes, model: { type: "polynomial", degree: 3 }, regularization }));

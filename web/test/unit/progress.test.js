@@ -51,7 +51,7 @@ test("a problem has its own status, at once or as the last event", async () => {
   assert.equal((await sent()).response.status, 422);
 });
 
-test("an answer that is cut off is none, and is asked for again under a key", async () => {
+test("a response that is cut off counts as lost, and is requested again under the same key", async () => {
   respond = () => events(PROGRESS);
   await assert.rejects(sent(), OfflineError);
   let tries = 0;

@@ -6,7 +6,7 @@ import { endsOf, isPair } from "../../app/report/pairs.js";
 import { cssString, pageRules } from "../../app/report/page_boxes.js";
 import { iterationsOf, PARTS, partsOf, written } from "../../app/report/parts.js";
 
-test("without a choice a report tells the first and the last iteration, and all parts", () => {
+test("without a choice a report has the first and the last iteration, and all parts", () => {
   assert.deepEqual(iterationsOf(null, [1, 2, 3]), [1, 3]);
   assert.deepEqual(iterationsOf(null, [1]), [1]);
   assert.deepEqual(iterationsOf(null, []), []);

@@ -44,7 +44,7 @@ test("a design is typed for both flanks, and keeps what the form has no fields f
   assert.deepEqual(requirementsOf(requirementsForm({ design: {} }, String)).requirements, { design: {} });
 });
 
-test("what cannot be read of requirements is named where it stands", () => {
+test("errors of requirements are reported at their fields", () => {
   const form = requirementsForm(example.requirements, String);
   form.limits[placeOf("both", "twist", 0)] = "5";
   form.limits[placeOf("left", "helix_slope", 1)] = "x";
@@ -83,7 +83,7 @@ test("requirements are sent whole where they were touched, and cleared where not
   assert.deepEqual([both?.tolerance_limits?.class, both?.tolerance_limits?.twist_um], [5, [-4, 7]]);
 });
 
-test("pitches and run-out have limits and a class of their own, beside those of the flanks", () => {
+test("pitches and run-out have limits and a class of their own, separate from those of the flanks", () => {
   const requirements = {
     tolerance_limits: { class: 6 },
     pitch_limits: { class: 4, cumulative_pitch_um: [0, 20], runout_um: [0, 18], right: { single_pitch_um: [-6, 5] } },
@@ -108,7 +108,7 @@ test("pitches and run-out have limits and a class of their own, beside those of 
   );
 });
 
-test("what is asked of a figure: limits of its flank, then of both, then the tolerance of the class", () => {
+test("required limits of a figure: those of its flank, then of both, then the tolerance of the class", () => {
   const { requirements } = example;
   const tolerances = /** @type {import("../../app/api/client.js").Schema<"ToleranceValues">} */ (
     /** @type {unknown} */ ({ profile_slope_um: 6.5, helix_slope_um: 8 })
@@ -132,7 +132,7 @@ test("what the form has no fields for stays as it is", () => {
   assert.deepEqual(requirementsOf(form).requirements, { to_come: { class: 5 } });
 });
 
-test("a line is straight between its points and says nothing beyond them", () => {
+test("a line is straight between its points and undefined outside them", () => {
   const line = [
     [0, 4],
     [8, 4],

@@ -56,7 +56,7 @@ test("points are parted by tooth and flank, left ones first; those without a pla
   );
 });
 
-test("of a flank in several answers the last one counts, unless it says nothing", () => {
+test("of several results for a flank the last one counts, unless it is empty", () => {
   const grid = (/** @type {number | null} */ z) =>
     answered([
       [1, "left", 1, 0, z],

@@ -33,7 +33,7 @@ const helix = (/** @type {object} */ change = {}) =>
   });
 const means = { ...evaluated, range_mm: [5, 10], mean_line_um: [-0.5, 0.5], mean_parabola_um: [-0.5, 2, 0.5] };
 
-test("mean lines and parabolas are those that were answered, over the design line", () => {
+test("mean lines and parabolas are those of the result, over the design line", () => {
   const sheet = sheetOf(helix(), means, {}, gear);
   assert.deepEqual(sheet.range, [5, 10]);
   assert.deepEqual(sheet.mean, [
@@ -69,7 +69,7 @@ test("a band hangs from the highest point within the range", () => {
   );
 });
 
-test("bands that are asked for lie where they take the trace, in the sign in which it was posted", () => {
+test("required bands are shifted to fit the trace, in its posted sign", () => {
   const k_bands = [
     {
       kind: /** @type {const} */ ("helix"),

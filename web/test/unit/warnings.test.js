@@ -61,7 +61,7 @@ test("every problem of the interface has its title in German", async () => {
   assert.deepEqual([...codes].sort(), Object.keys(problems).sort());
 });
 
-test("a warning that is said of several traces stands once, with their number", () => {
+test("a warning of several traces is listed once, with their number", () => {
   const one = { code: "sparse_samples", message: "samples are 0.3 mm apart" };
   const other = { ...one, message: "samples are 0.4 mm apart" };
   assert.deepEqual(
@@ -73,7 +73,7 @@ test("a warning that is said of several traces stands once, with their number", 
   );
 });
 
-test("what cannot be told apart is said in German by its data", () => {
+test("indistinguishable terms are described in German by their data", () => {
   const figures = { rSquared: "0,999996", index: "2279" };
   assert.equal(
     dependency(["u v", "u v²", "u² v", "v", "u", "1"], figures),
