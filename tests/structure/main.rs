@@ -88,17 +88,22 @@ fn sources() -> Vec<PathBuf> {
 }
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let Ok(entries) = fs::read_dir(folder) else { return files };
+    files(folder, &["rs"])
+}
+
+/// The files with one of these extensions in a folder and below.
+fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let Ok(entries) = fs::read_dir(folder) else { return found };
     for entry in entries.map(|e| e.expect("a folder entry").path()) {
         if entry.is_dir() {
-            files.extend(rust_files(&entry));
-        } else if entry.extension().is_some_and(|e| e == "rs") {
-            files.push(entry);
+            found.extend(files(&entry, extensions));
+        } else if entry.extension().is_some_and(|e| extensions.iter().any(|one| e == *one)) {
+            found.push(entry);
         }
     }
-    files.sort();
-    files
+    found.sort();
+    found
 }
 
 /// The formatted source without lines of comments.

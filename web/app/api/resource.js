@@ -15,7 +15,7 @@ import { ApiError } from "./problem.js";
  * @property {unknown} error why the last attempt failed
  * @property {boolean} loading
  * @property {() => void} reload
- * @property {(data: Data, etag: string | undefined) => void} put takes over what a change has answered
+ * @property {(data: Data, etag: string | undefined) => void} put takes the result of a change
  */
 
 /** The number of resources being loaded; `main` is busy until it is 0. */

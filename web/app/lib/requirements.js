@@ -89,7 +89,7 @@ export function limitsOf(requirements, side, name) {
  * Returns the required limits of a figure of a flank: its own, those of both flanks, or the
  * tolerance of the class.
  * @param {Requirements | undefined} requirements @param {"left" | "right" | undefined} flank @param {SurfaceFigure} name
- * @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances of the class that is asked for
+ * @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances of the required class
  * @returns {readonly number[] | undefined}
  */
 export function requiredLimits(requirements, flank, name, tolerances) {

@@ -10,7 +10,7 @@ import { iterationsOf, PARTS, partsOf, written } from "./parts.js";
 
 /**
  * @param {{ there: readonly number[], numbers: readonly number[], printable: boolean }} props `there`: all iterations;
- *   `numbers`: those data; `printable`: the paper is there
+ *   `numbers`: the selected ones; `printable`: the paper is there
  */
 export function Bar({ there, numbers, printable }) {
   const parts = partsOf(query.value.get("parts"));

@@ -14,7 +14,7 @@ const READS = /** @type {const} */ (["json", "text", "arrayBuffer", "blob"]);
  * Has pages opened from now on note their requests to paths with this end, each as under way until
  * the page has read its response.
  * @param {Page} page @param {string} end
- * @returns {Promise<() => Promise<Requests>>} what was requests since the page was loaded
+ * @returns {Promise<() => Promise<Requests>>} the requests since the page was loaded
  */
 export async function watchRequests(page, end) {
   await page.addInitScript(
