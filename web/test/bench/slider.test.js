@@ -23,7 +23,7 @@ for (const [rows, columns] of SIZES) {
       regularization: { type: "spectral" },
     });
     await open(`/jobs/${id}/iterations/1/lambda`);
-    const slider = page.getByRole("slider", { name: /by hand/ });
+    const slider = page.getByRole("slider", { name: /manual/ });
     await slider.focus();
     await page.keyboard.press("ArrowRight");
     await page.waitForURL(/lambda=/);

@@ -35,7 +35,7 @@ browserTest("all teeth are side by side, and the figures are the interface's", {
   await open(`/jobs/${id}/iterations/1`);
   await page.getByLabel("Layer").selectOption({ label: "All teeth" });
   await loaded();
-  await page.getByText("3 flanks of 2 teeth, on one scale.").waitFor();
+  await page.getByText("3 flanks of 2 teeth, on a common scale.").waitFor();
   const rows = page.getByRole("table", { name: "All teeth" }).locator("tbody tr");
   const names = ["Tooth 1, left", "Tooth 2, left", "Tooth 1, right"];
   for (const [i, name] of names.entries()) {

@@ -26,7 +26,7 @@ browserTest("a correction is requested, entered, and compared with the next meas
   await iteration(id);
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine" });
   await open(pathOf(id));
-  await page.getByText("will be here after they have been computed").waitFor();
+  await page.getByText("appear here once they have been computed").waitFor();
   const angle = page.getByRole("group", { name: "Profile angle" });
   await angle.getByLabel("Minimum").fill("−20");
   await angle.getByLabel("Maximum").fill("20");
@@ -130,8 +130,8 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
   const names = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody th .cell");
   assert.deepEqual(await names.allTextContents(), [
     "a ",
-    "b cannot be distinguished from <i>c</i>",
-    "<i>c</i> cannot be distinguished from b",
+    "b indistinguishable from <i>c</i>",
+    "<i>c</i> indistinguishable from b",
   ]);
 });
 
@@ -307,7 +307,7 @@ browserTest("a change that means little is not bold, and each reason is said onc
   assert.ok(unsure > 0 && sure > 0, `${unsure} and ${sure}`);
   assert.ok(result.settings.filter((/** @type {any} */ one) => one.undetermined).length > 1);
   assert.equal(await page.getByText("not determined by this measurement").count(), 1);
-  assert.equal(await page.getByText("not distinguishable from none").count(), 1);
+  assert.equal(await page.getByText("indistinguishable from zero").count(), 1);
 });
 
 browserTest("a flank that the measurement does not name is said above the changes", {}, async (world) => {

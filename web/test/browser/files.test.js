@@ -124,7 +124,7 @@ browserTest("a file of values shows its gear, and is no measurement", {}, async 
   await open(`/jobs/${id}/measure`);
   await page.setInputFiles(picker, file("1.mew", valuesFile()));
   const entry = page.locator(".queue-entry");
-  await entry.getByText("printed values only").waitFor();
+  await entry.getByText("only the gear and printed values").waitFor();
   await entry.locator(".gears", { hasText: "z 52" }).waitFor();
   const values = entry.getByRole("table", { name: "2 printed values" });
   const listed = await values

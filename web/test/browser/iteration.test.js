@@ -226,6 +226,6 @@ browserTest("without WebGL the map is shown, and a note", {}, async ({ page, ope
     );
   });
   await open(map(id, 1, "?space=1"));
-  await page.getByText("no WebGL").waitFor();
+  await page.getByText("does not support 3-D graphics").waitFor();
   await page.getByRole("slider", { name: /Iteration 1: Measured/ }).waitFor();
 });

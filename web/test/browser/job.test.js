@@ -178,7 +178,7 @@ browserTest(
     await startAgain();
     await page.getByRole("link", { name: "stays" }).click();
     await page.waitForURL(`**/jobs/${id}`);
-    await page.getByText("will be here after the first measurement").waitFor();
+    await page.getByText("appear here after the first measurement").waitFor();
   },
 );
 
@@ -190,7 +190,7 @@ browserTest(
     const begun = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
     await open(`/jobs/${id}`);
     await begun;
-    await page.getByText("will be here after the first measurement").waitFor();
+    await page.getByText("appear here after the first measurement").waitFor();
     await iteration(id);
     await page.getByText("Decide on iteration 1").waitFor();
     await page.getByRole("button", { name: "Edit" }).click();
@@ -216,7 +216,7 @@ browserTest(
   async ({ page, open, job, iteration, server, startAgain }) => {
     const { id } = await job();
     await open(`/jobs/${id}`);
-    await page.getByText("will be here after the first measurement").waitFor();
+    await page.getByText("appear here after the first measurement").waitFor();
     await server.stop();
     await page.getByText("Not updated since").waitFor();
     await startAgain();
@@ -266,8 +266,8 @@ browserTest(
       assert.equal(await action.getAttribute("href"), measure, place);
       assert.equal(await page.locator(".empty").count(), 1, place);
     };
-    await leads("", "of each iteration will be here after the first measurement");
-    await leads("/trace", "will be listed here after the first measurement");
+    await leads("", "of each iteration appear here after the first measurement");
+    await leads("/trace", "appear here after the first measurement");
     await leads("/report", "The report appears here");
     await page.locator(".empty .button").click();
     await page.waitForURL(`**${measure}`);
@@ -276,7 +276,7 @@ browserTest(
     const evaluation = "/iterations/1/evaluation";
     await leads(evaluation, "Evaluated profiles, helices and pitches appear here");
     await open(`/jobs/${id}/iterations/1/correction`);
-    await page.getByText("will be here after they have been computed").waitFor();
+    await page.getByText("appear here once they have been computed").waitFor();
     assert.equal(await page.locator("main .button.primary").count(), 1, "computes them");
     await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await example("requests/gear_evaluate.json"));
     await leads(evaluation, "Pitches and run-out appear here");

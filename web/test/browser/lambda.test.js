@@ -71,7 +71,7 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   const { fits } = await iteration(id);
   const requests = await watchRequests(page, "/preview");
   await open(`/jobs/${id}/iterations/1/lambda`);
-  const slider = page.getByRole("slider", { name: "λ* by hand" });
+  const slider = page.getByRole("slider", { name: "λ*, manual" });
   await slider.focus();
   for (let i = 0; i < 20; i += 1) await page.keyboard.press("ArrowRight");
   const { spec, result } = fits[0];
@@ -176,8 +176,8 @@ browserTest("of many nodes the map follows when the slider is let go", {}, async
   page.on("request", (request) => {
     if (request.url().endsWith("/preview")) requests.push(request.postDataJSON().include);
   });
-  const slider = page.getByRole("slider", { name: "λ* by hand" });
-  await page.getByText("the map follows when the slider is let go").waitFor();
+  const slider = page.getByRole("slider", { name: "λ*, manual" });
+  await page.getByText("the map is updated when the slider is released").waitFor();
   const send = (/** @type {string} */ kind) =>
     slider.evaluate((one, type) => {
       const input = /** @type {HTMLInputElement} */ (one);

@@ -135,7 +135,7 @@ browserTest("maps of a job share one scale, labelled in full, and a tab keeps wh
   const first = await ends();
   const limit = first.at(-1) ?? Number.NaN;
   assert.deepEqual(first, [-limit, -limit / 2, 0, limit / 2, limit]);
-  assert.equal(await page.getByText(/beyond the scale/).count(), 0, "nothing is clipped");
+  assert.equal(await page.getByText(/outside the scale/).count(), 0, "nothing is clipped");
   await open(`/jobs/${id}/iterations/2`);
   assert.deepEqual(await ends(), first, "the second has smaller deviations, and the same scale");
   await page.getByLabel("Layer").selectOption({ label: "Residual" });

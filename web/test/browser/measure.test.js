@@ -142,7 +142,7 @@ browserTest(
     const { id } = await job();
     await open(`/jobs/${id}/measure`);
     await page.setInputFiles(picker, file("gear.mew", "no such file"));
-    await page.getByText("printed values only").waitFor();
+    await page.getByText("only the gear and printed values").waitFor();
     assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
     await page.getByRole("button", { name: "Remove" }).click();
     await page.getByText("Paste text instead").click();

@@ -32,7 +32,7 @@ browserTest(
     assert.deepEqual(items[0].gear, gear);
     assert.deepEqual(items[0].tags, { cell: "B", shift: "early" });
     assert.equal(new URL(page.url()).pathname, `/jobs/${items[0].id}`);
-    await page.getByText("will be here after the first measurement").waitFor();
+    await page.getByText("appear here after the first measurement").waitFor();
   },
 );
 

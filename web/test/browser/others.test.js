@@ -164,7 +164,7 @@ browserTest("who looks away for 30 s is not kept up to date, and is once they lo
   assert.equal(ended.length, 1);
   await iteration(id);
   await page.clock.runFor(60_000);
-  await page.getByText("will be here after the first measurement").waitFor();
+  await page.getByText("appear here after the first measurement").waitFor();
   const again = page.waitForRequest((request) => request.url().endsWith("/events"));
   await look("visible");
   await again;

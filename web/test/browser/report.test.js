@@ -184,7 +184,7 @@ browserTest("limits of an evaluation are next to its figures, with their marks",
     const { value, std_error } = surface[name];
     holds(pages[0] ?? "", [f.withError(value, std_error)]);
   }
-  holds(pages[0] ?? "", ["of the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5 ✗"]);
+  holds(pages[0] ?? "", ["from the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5 ✗"]);
   assert.equal(record.result.traces[0].slope_conformity.verdict, "does_not_conform");
   await page.getByText("K-band: F α").waitFor();
 });

@@ -170,7 +170,7 @@ browserTest(
 
     await open("/jobs");
     const { items } = await call("GET", "/v1/jobs");
-    const flank = page.getByRole("img", { name: /^Left flank by its figures/ });
+    const flank = page.getByRole("img", { name: /^Left flank with its figures/ });
     const said = (await flank.getAttribute("aria-label")) ?? "";
     for (const [k, name] of NAMES.entries())
       agrees(said.split(", ")[k]?.split(" ").at(-1), items[0].figures[`${name}_um`]);

@@ -61,7 +61,7 @@ browserTest(
     for (const name of ["Accept", "Machine again", "Reject"])
       assert.equal(await page.getByRole("button", { name, exact: true }).count(), 0);
     await open(`/jobs/${id}/iterations/1/lambda`);
-    await page.getByRole("slider", { name: /by hand/ }).waitFor();
+    await page.getByRole("slider", { name: /manual/ }).waitFor();
     assert.equal(await page.getByRole("button", { name: "Store", exact: true }).count(), 0);
     await open(`/jobs/${id}/iterations/1/correction`);
     await page.getByText("may not decide").waitFor();

@@ -70,7 +70,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
   );
 
   await page.getByRole("button", { name: "Replay" }).click();
-  await page.getByText("the same bit by bit").waitFor();
+  await page.getByText("identical bit for bit").waitFor();
 });
 
 browserTest("a robust fit shows its weights and what it rejects", {}, async ({ page, open, job, iteration, call }) => {

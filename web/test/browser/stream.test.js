@@ -135,7 +135,7 @@ browserTest("a stream is finished, here and by another client", {}, async (world
   const { id, stream, send, path } = await opened(world, { regularization: { type: "none" } });
   await send([0, 2, 4, 6, 8]);
   await open(path);
-  await page.getByText("Nothing is regularised").waitFor();
+  await page.getByText("No regularisation, hence no").waitFor();
   await page.getByRole("button", { name: "Finish the stream" }).click();
   const dialog = page.getByRole("dialog", { name: "Finish the stream" });
   await dialog.getByLabel("Instrument").fill("P40");

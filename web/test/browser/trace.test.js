@@ -84,5 +84,5 @@ browserTest("the trace has all events, in order, and compares two fits", {}, asy
 browserTest("a job without a measurement has no story yet", {}, async ({ page, open, job }) => {
   const { id } = await job();
   await open(`/jobs/${id}/trace`);
-  await page.getByText("will be listed here after the first measurement").waitFor();
+  await page.getByText("appear here after the first measurement").waitFor();
 });
