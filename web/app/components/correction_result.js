@@ -56,7 +56,7 @@ const sign = (unit) => (unit === "arcmin" || unit === "′" ? "arcmin" : (unitSi
 export const unitOf = (unit) => (unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
 
 /** A change as it is entered: all digits of its step, else to the second digit of its error. @param {SettingChange} setting */
-function entered({ change, rounded, limited, fixed, undetermined, left, std_error }) {
+function entered({ change, rounded, limited, fixed, undetermined, unchanged, std_error }) {
   const { value } = fmt;
   if (unchanged) return t.leave;
   if (fixed || (undetermined && change === 0)) return ABSENT;
@@ -106,8 +106,8 @@ const isUnsure = (setting) => !isIdle(setting) && !setting.limited && !significa
 const isIdle = ({ fixed, undetermined, unchanged }) => Boolean(fixed || undetermined || unchanged);
 
 /** A change for drawing; undefined if none was required. @param {SettingChange} setting */
-const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, left }) =>
-  fixed || left || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
+const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, unchanged }) =>
+  fixed || unchanged || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
 
 /** Names the settings from which one is indistinguishable. @param {Correction["result"]} result @param {string} name */
 function inseparableFrom({ indistinguishable }, name) {

@@ -82,7 +82,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
         ? html`<span class="quiet">${t.viewed}</span>`
         : html`<button type="button" class="button small" onClick=${() => setQuery({ fit: one.chosen ? undefined : one.id, by: undefined, lambda: undefined }, { step: true })}>${t.view}</button>`
     }
-    ${!one.chosen && may("judge") && html`<button type="button" class="button small" onClick=${() => ask(one)}>${t.choose}</button>`}
+    ${!one.chosen && may("decide") && html`<button type="button" class="button small" onClick=${() => ask(one)}>${t.choose}</button>`}
   </span>`;
   return h(
     Fragment,

@@ -114,7 +114,7 @@ export default {
   // gears and grids
   below_form_diameter: "Orte liegen unter dem Fuß-Formkreis, wo keine Evolvente mehr ist.",
   outside_face_width: "Die Orte reichen weiter, als das Rad breit ist.",
-  beyond_tip: "Orte liegen über dem Kopf-Formkreis, wo kein Werkstoff ist.",
+  above_tip: "Orte liegen über dem Kopf-Formkreis, wo kein Werkstoff ist.",
   few_teeth: "Für so wenige Zähne hat ISO 1328-1 keine Toleranzen.",
   internal_root: "Ein Zahnstangenwerkzeug schneidet kein Hohlrad: Der Fuß wird als Bogen angenommen.",
   no_fillet: "Kein Zahnstangenwerkzeug erreicht diesen Fußkreis: Die Flanke geht ohne Ausrundung hinab.",

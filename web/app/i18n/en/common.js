@@ -64,7 +64,7 @@ export default {
     role ? `A key with the role “${role}” may not ${what}.` : `This key may not ${what}.`,
   may_compute: "compute",
   may_measure: "measure or create jobs",
-  may_judge: "decide or change jobs and fits",
+  may_decide: "decide or change jobs and fits",
   anotherKey: "Use another key",
   key: "Key",
   rememberKey: "Remember in this browser",
