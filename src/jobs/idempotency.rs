@@ -26,6 +26,17 @@ pub struct Answer {
     pub body: Vec<u8>,
 }
 
+impl Answer {
+    pub fn ok(body: Vec<u8>) -> Self {
+        Answer { status: 200, location: None, etag: None, body }
+    }
+
+    /// The response about a new thing at an address, with the tag of its version.
+    pub fn created(location: String, etag: String, body: Vec<u8>) -> Self {
+        Answer { status: 201, location: Some(location), etag: Some(etag), body }
+    }
+}
+
 /// A request that came with a key.
 #[derive(Clone, Debug)]
 pub struct KeyedRequest {

@@ -1,19 +1,14 @@
 //! `…/correction/applied`: the changes that were entered on the machine.
 
-use axum::response::Response;
-use utoipa_axum::{router::OpenApiRouter, routes};
-
+use super::prelude::*;
 use super::records::{JobRecordRequest, NewRecord, RecordRequest};
 use crate::{
     api::{
         gears::correction::applied::{self, AppliedRequestBody},
-        jobs::records::RecordBody,
-        json::value::read_json,
-        problem::{Problem, ProblemCode, Room},
+        json::value,
     },
-    http::{caller_state::CallerState, layers::idempotency::IdempotencyKey, state::AppState},
     jobs::Record,
-    usecases::entered,
+    usecases::entered as corrections,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -28,32 +23,23 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction/applied", operation_id = "create_applied_changes",
     tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = AppliedRequestBody, description = "The changes that were entered."),
     responses(
         (status = 201, description = "The record: its `result` has every setting with the change that was entered and \
-            the proposed one.", body = RecordBody,
-            headers(("Location" = String, description = "Address of the record.")))
+            the proposed one.", body = RecordBody)
     )
 )]
 async fn create_applied_changes(request: RecordRequest) -> Result<Response, Problem> {
-    let correction = async |state: CallerState, job, number| match entered::newest(state.context(), job, number).await?
-    {
-        Some(correction) => Ok((number, correction)),
-        None => Err(Problem::new(
-            ProblemCode::NotFound,
-            format!("Iteration {number} has no correction: compute one before entering changes."),
-        )),
-    };
-    let build = |text: &[u8], (number, correction): &(u32, Record), _: Room| {
-        let draft = applied::draft(&read_json::<AppliedRequestBody>(text)?, correction, *number, "")?;
-        Ok(NewRecord::from(draft))
-    };
-    request.keep_of("correction/applied", correction, build).await
+    let correction =
+        async |state: CallerState, job, number| match corrections::newest(state.context(), job, number).await? {
+            Some(correction) => Ok((number, correction)),
+            None => Err(Problem::new(
+                ProblemCode::NotFound,
+                format!("Iteration {number} has no correction: compute one before entering changes."),
+            )),
+        };
+    request.keep_of(correction, entered).await
 }
 
 /// Record the changes entered for a gear's correction
@@ -63,21 +49,17 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
 /// entry counts, and earlier ones stay in the trace.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/correction/applied", operation_id = "create_gear_applied_changes", tag = "jobs",
-    params(
-        ("job_id" = Uuid, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = AppliedRequestBody, description = "The changes that were entered."),
     responses(
         (status = 201, description = "The record: its `result` has every setting with the change that was entered and \
-            the proposed one.", body = RecordBody,
-            headers(("Location" = String, description = "Address of the record.")))
+            the proposed one.", body = RecordBody)
     )
 )]
 async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Response, Problem> {
     let correction = async |state: CallerState, job| {
         state.jobs.job(job).await?;
-        match entered::newest_of_gear(state.context(), job).await? {
+        match corrections::newest_of_gear(state.context(), job).await? {
             Some((number, correction)) => Ok((number, (number, correction))),
             None => Err(Problem::new(
                 ProblemCode::NotFound,
@@ -85,9 +67,10 @@ async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Respon
             )),
         }
     };
-    let build = |text: &[u8], (number, correction): &(u32, Record), _: Room| {
-        let draft = applied::draft(&read_json::<AppliedRequestBody>(text)?, correction, *number, "")?;
-        Ok(NewRecord::from(draft))
-    };
-    request.keep_of("correction/applied", correction, build).await
+    request.keep_of(correction, entered).await
+}
+
+/// Returns the record of entered changes of a correction.
+fn entered(text: &[u8], (number, correction): &(u32, Record), _: Room) -> Result<NewRecord, Problem> {
+    Ok(applied::draft(&value::read_json::<AppliedRequestBody>(text)?, correction, *number, "")?.into())
 }

@@ -1,25 +1,9 @@
 //! The audit: its entries, its seals, and their verification.
 
 use axum::Json;
-use serde::Deserialize;
-use utoipa::IntoParams;
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
-use crate::{
-    api::{
-        faults::Faults,
-        jobs::audit::{EntryBody, SealBody, VerdictBody},
-        page::PageBody,
-        problem::Problem,
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{extract::QueryOf, paging::PageQuery},
-        state::AppState,
-    },
-    jobs::List,
-};
+use super::prelude::*;
+use crate::api::jobs::audit::{EntryBody, SealBody, VerdictBody};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(list_audit)).routes(routes!(verify_audit)).routes(routes!(list_audit_seals))

@@ -1,26 +1,16 @@
 //! `/v1/curves`: curves through or near points, evaluated, and as files of CAD systems; nothing is
 //! stored.
 
-use axum::{extract::State, response::Response};
-use utoipa_axum::{router::OpenApiRouter, routes};
-
-use super::fits::json;
-use crate::{
-    api::{
-        curves::{
-            self,
-            closest::{self, ClosestOnCurveBody, CurveFeetBody},
-            evaluate::{self, CurveValuesBody, EvaluateCurveBody},
-            request::CurveRequest,
-            result::BuiltCurveBody,
-        },
-        problem::Problem,
-        shapes::export::{self, ExportCurveBody},
+use super::prelude::*;
+use crate::api::{
+    curves::{
+        self,
+        closest::{self, ClosestOnCurveBody, CurveFeetBody},
+        evaluate::{self, CurveValuesBody, EvaluateCurveBody},
+        request::CurveRequest,
+        result::BuiltCurveBody,
     },
-    http::{
-        layers::{body::Payload, compute::read_json, files::attachment},
-        state::AppState,
-    },
+    shapes::export::{self, ExportCurveBody},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -40,8 +30,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
     request_body(content = CurveRequest,
         description = "Points and the method that leads a curve through or near them."),
-    responses((status = 200, description = "The curve, everything needed to build it again, and its stability.",
-        body = BuiltCurveBody))
+    responses(
+        (status = 200, description = "The curve, everything needed to build it again, and its stability.",
+            body = BuiltCurveBody)
+    )
 )]
 async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let built = read_json(&state, payload, |text| curves::build(text, None)).await?;
@@ -81,16 +73,15 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
 #[utoipa::path(
     post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
     request_body(content = ExportCurveBody, description = "A curve and the format of the file."),
-    responses((
-        status = 200, description = "The file.",
-        content(
+    responses(
+        (status = 200, description = "The file.", content(
             (String = "model/step"),
             (String = "model/iges"),
             (String = "model/obj"),
             (String = "text/plain"),
             (String = "text/csv")
-        )
-    ))
+        ))
+    )
 )]
 async fn export_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();

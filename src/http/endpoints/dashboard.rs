@@ -6,22 +6,11 @@
 
 pub mod files;
 
-use axum::{
-    Router,
-    extract::State,
-    http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
-    response::{IntoResponse, Response},
-    routing::get,
-};
-
 use self::files::Files;
-use crate::{
-    api::problem::{Problem, ProblemCode},
-    http::{
-        layers::{conditional::content_tag, extract::PathOf, headers::takes_gzip},
-        state::AppState,
-    },
-};
+use axum::http::Uri;
+
+use super::prelude::*;
+use crate::http::layers::headers::takes_gzip;
 
 /// The paths of the pages, as `web/app/router.js` has them (a test compares the two).
 pub const PAGES: &[&str] = &[

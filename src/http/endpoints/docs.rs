@@ -1,24 +1,13 @@
 //! The interactive documentation at `/docs`, from files inside the program: it works without
 //! internet.
 
-use std::{io::Read, sync::Arc};
+use std::io::Read;
 
-use axum::{
-    Router,
-    body::Bytes,
-    http::{HeaderMap, HeaderValue, header},
-    response::{IntoResponse, Redirect, Response},
-    routing::get,
-};
+use axum::response::Redirect;
 use utoipa_swagger_ui::Config;
 
-use crate::{
-    api::problem::{Problem, ProblemCode},
-    http::{
-        layers::{conditional::content_tag, extract::PathOf, headers::takes_gzip},
-        state::AppState,
-    },
-};
+use super::prelude::*;
+use crate::http::layers::headers::takes_gzip;
 
 pub fn routes() -> Router<AppState> {
     // Without this the page would ask a validator on the internet about the document.

@@ -6,15 +6,15 @@
 
 use std::{
     collections::HashMap,
-    sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
+    sync::{Mutex, PoisonError},
+    time::Instant,
 };
 
 use axum::response::sse::Event;
 use tokio::sync::OnceCell;
-use uuid::Uuid;
 
-use crate::jobs::{EventPlace, RepositoryError, Tenant};
+use super::prelude::*;
+use crate::jobs::{EventPlace, Tenant};
 
 /// How long a page is shared before it is read again: listeners poll only seldom unless woken.
 const FRESH: Duration = Duration::from_millis(500);

@@ -6,37 +6,18 @@
 //! where it was. A wake only means that new events may exist; listeners at the same position share
 //! one read (`event_pages`).
 
-use std::{fmt::Display, future, pin::Pin, sync::Arc, time::Duration};
+use std::{fmt::Display, future, pin::Pin};
 
-use axum::{
-    http::{HeaderMap, HeaderName},
-    response::{Response, sse::Event},
-};
+use axum::{http::HeaderName, response::sse::Event};
 use futures_util::{FutureExt, StreamExt, stream};
-use serde::Deserialize;
 use tokio::sync::watch;
-use utoipa::IntoParams;
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
 use super::event_pages::PageKey;
+use super::prelude::*;
 use crate::{
-    api::{
-        faults::Faults,
-        jobs::events::{self, JobEventBody},
-        json::writer::text_of,
-        problem::{Problem, ProblemCode},
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            extract::{PathOf, QueryOf},
-            sse,
-        },
-        shutdown::OpenConnection,
-        state::AppState,
-    },
-    jobs::{EventPlace, Jobs, RepositoryError},
+    api::jobs::events::{self, JobEventBody},
+    http::{layers::sse, shutdown::OpenConnection},
+    jobs::{EventPlace, Jobs},
 };
 
 /// Events read at a time.
@@ -98,7 +79,6 @@ struct EventsQuery {
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(
-        ("job_id" = Uuid, Path),
         ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event received; events after it are \
             sent.", pattern = "^(latest|[0-9]{1,18})?$"),
         EventsQuery
@@ -106,10 +86,9 @@ struct EventsQuery {
     responses(
         (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.",
             body = JobEventBody, content_type = "text/event-stream"),
-        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
-            content_type = "application/problem+json"),
+        (status = 400, description = "`Last-Event-ID` is not the id of an event."),
         (status = 422, description = "The query has an unknown parameter, or `last_event_id` is not the id of an \
-            event.", body = Problem, content_type = "application/problem+json")
+            event.")
     )
 )]
 async fn get_job_events(
@@ -148,10 +127,9 @@ async fn get_job_events(
     responses(
         (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.",
             body = JobEventBody, content_type = "text/event-stream"),
-        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
-            content_type = "application/problem+json"),
+        (status = 400, description = "`Last-Event-ID` is not the id of an event."),
         (status = 422, description = "The query has an unknown parameter, or `last_event_id` is not the id of an \
-            event.", body = Problem, content_type = "application/problem+json")
+            event.")
     )
 )]
 async fn get_events(

@@ -1,12 +1,6 @@
 //! `POST /v1/fits`: compute, store nothing.
 
-use axum::{
-    extract::State,
-    http::{HeaderValue, header},
-    response::{IntoResponse, Response},
-};
-use utoipa_axum::{router::OpenApiRouter, routes};
-
+use super::prelude::*;
 use crate::{
     api::{
         fits::{
@@ -15,13 +9,8 @@ use crate::{
             spec::request::{FitForm, FitRequest},
         },
         measurand::axes::MeasurandBody,
-        problem::Problem,
     },
-    http::{
-        layers::{body::Payload, compute::read_fit_and, unsent::with_permit},
-        state::AppState,
-    },
-    usecases::budget::WithPermit,
+    http::layers::compute::read_fit_and,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {

@@ -1,26 +1,10 @@
 //! Corrections of the gear: by all teeth of both flanks that were measured since the last one.
 
-use axum::{http::HeaderMap, response::Response};
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
+use super::prelude::*;
 use super::{gear_records::corrected, records::JobRecordRequest};
 use crate::{
-    api::{
-        gears::correction::{
-            csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody, stored::CorrectionBody,
-        },
-        problem::Problem,
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            extract::{PathOf, QueryOf},
-            idempotency::IdempotencyKey,
-            include::CorrectionQuery,
-        },
-        state::AppState,
-    },
+    api::gears::correction::{csv::OutsideLimitsName, request::CorrectionRequestBody, stored::CorrectionBody},
+    http::layers::include::CorrectionQuery,
     usecases::correct,
 };
 
@@ -37,22 +21,17 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// iterations. `teeth` selects teeth.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/correction", operation_id = "create_gear_correction", tag = "jobs",
-    params(
-        ("job_id" = Uuid, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = CorrectionRequestBody, description = "Sensitivity, limits and uncertainty of the settings."),
     responses(
-        (status = 201, description = "The changes and their predicted effect.", body = CorrectionBody,
-            headers(("Location" = String, description = "Address of the record."))),
+        (status = 201, description = "The changes and their predicted effect.", body = CorrectionBody),
         (status = 409, description = "The units of an iteration are implausible (`implausible_unit`), or the first \
-            request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            request with this idempotency key is still running.")
     )
 )]
 async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, Problem> {
     let basis = async |state: CallerState, job| correct::basis_of_gear(state.context(), job).await;
-    request.keep_of("correction", basis, corrected).await
+    request.keep_of(basis, corrected).await
 }
 
 /// Get the latest correction of a gear
@@ -64,7 +43,6 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/correction", operation_id = "get_gear_correction", tag = "jobs",
     params(
-        ("job_id" = Uuid, Path),
         ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "Additional \
             parts of the response: names separated by commas."),
         ("outside_limits" = Option<OutsideLimitsName>, Query, description = "For CSV: `allowed` if predicted figures \
@@ -73,11 +51,9 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
     responses(
         (status = 200, description = "The correction with its request, and the response of the machine once there is \
             one. CSV has a line for each setting, with the names of OPC UA for Geometrical Measuring Systems.",
-            content((CorrectionBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
-            content_type = "application/problem+json"),
+                content((CorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 409, description = "For CSV: predicted figures are outside their limits \
-            (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json")
+            (`predicted_outside_limits`).")
     )
 )]
 async fn get_gear_correction(

@@ -1,40 +1,20 @@
 //! Deviations, evaluations, pitches and corrections kept with an iteration.
 
-use axum::{http::HeaderMap, response::Response};
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
+use super::prelude::*;
 use super::records::{NewRecord, RecordContext, RecordRequest};
 use crate::{
-    api::{
-        gears::{
-            correction::{
-                csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody,
-                stored::CorrectionBody,
-            },
-            deviations::{self, request::DeviationsRequestBody},
-            evaluation::{
-                self,
-                pitch::{self, PitchRequestBody},
-                request::EvaluateBody,
-            },
-            gear::of_job,
-            requirements::RequirementsBody,
+    api::gears::{
+        correction::{csv::OutsideLimitsName, request::CorrectionRequestBody, stored::CorrectionBody},
+        deviations::{self, request::DeviationsRequestBody},
+        evaluation::{
+            self,
+            pitch::{self, PitchRequestBody},
+            request::EvaluateBody,
         },
-        jobs::records::RecordBody,
-        problem::{Problem, Room},
+        gear::of_job,
+        requirements::RequirementsBody,
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            accept::Format,
-            extract::{PathOf, QueryOf},
-            idempotency::IdempotencyKey,
-            include::CorrectionQuery,
-        },
-        state::AppState,
-    },
-    jobs::RecordKind,
+    http::layers::include::CorrectionQuery,
     usecases::correct::{self, Basis},
 };
 
@@ -54,16 +34,11 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations",
     tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job unless \
         the request has one."),
     responses(
-        (status = 201, description = "The record with the result of `POST /v1/gears/deviations`.", body = RecordBody,
-            headers(("Location" = String, description = "Address of the record.")))
+        (status = 201, description = "The record with the result of `POST /v1/gears/deviations`.", body = RecordBody)
     )
 )]
 async fn create_iteration_deviations(request: RecordRequest) -> Result<Response, Problem> {
@@ -71,7 +46,7 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
         let built = deviations::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), room)?;
         Ok(context.gear_record(RecordKind::Deviations, text, built)?.into())
     };
-    request.keep("deviations", build).await
+    request.keep(build).await
 }
 
 /// Add an evaluation of traces to an iteration
@@ -83,17 +58,12 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation",
     tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = EvaluateBody, description = "Traces and settings of the evaluation; the gear is that of \
         the job unless the request has one."),
     responses(
         (status = 201, description = "The record with the result of `POST /v1/gears/evaluate`.",
-            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
-            headers(("Location" = String, description = "Address of the record.")))
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")))
     )
 )]
 async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
@@ -103,7 +73,7 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
         let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required)?;
         Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
-    request.keep_as(format, "evaluations", build).await
+    request.keep_as(format, build).await
 }
 
 /// Add an evaluation of pitches to an iteration
@@ -115,17 +85,12 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/pitch", operation_id = "create_iteration_pitch",
     tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = PitchRequestBody, description = "Positions of the flanks; the gear is that of the job \
         unless the request has one."),
     responses(
         (status = 201, description = "The record with the result of `POST /v1/gears/pitch`.",
-            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
-            headers(("Location" = String, description = "Address of the record.")))
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")))
     )
 )]
 async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
@@ -135,7 +100,7 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
         let built = pitch::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required.as_ref())?;
         Ok(context.gear_record(RecordKind::Pitch, text, built)?.into())
     };
-    request.keep_as(format, "pitch", build).await
+    request.keep_as(format, build).await
 }
 
 /// Compute a correction for an iteration
@@ -147,23 +112,17 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction",
     tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = CorrectionRequestBody, description = "Sensitivity, limits and uncertainty of the settings."),
     responses(
-        (status = 201, description = "The changes and their predicted effect.", body = CorrectionBody,
-            headers(("Location" = String, description = "Address of the record."))),
+        (status = 201, description = "The changes and their predicted effect.", body = CorrectionBody),
         (status = 409, description = "The units of the iteration are implausible (`implausible_unit`), or the first \
-            request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            request with this idempotency key is still running.")
     )
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
     let basis = async |state: CallerState, job, number| correct::basis_of_iteration(state.context(), job, number).await;
-    request.keep_of("correction", basis, corrected).await
+    request.keep_of(basis, corrected).await
 }
 
 /// Computes the correction that a request asks for.
@@ -182,8 +141,6 @@ pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Pr
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction",
     tag = "iterations",
     params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
         ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "Additional \
             parts of the response: names separated by commas."),
         ("outside_limits" = Option<OutsideLimitsName>, Query, description = "For CSV: `allowed` if predicted figures \
@@ -191,13 +148,11 @@ pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Pr
     ),
     responses(
         (status = 409, description = "For CSV: predicted figures are outside their limits \
-            (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json"),
+            (`predicted_outside_limits`)."),
         (status = 200, description = "The correction, with prediction and measurement once there is a next iteration. \
             CSV has a line for each setting, for the control of the machine: the change rounded to its increment, \
             also in words, and its purpose, with the names of OPC UA for Geometrical Measuring Systems.",
-            content((CorrectionBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
-            content_type = "application/problem+json")
+                content((CorrectionBody = "application/json"), (String = "text/csv")))
     )
 )]
 async fn get_iteration_correction(

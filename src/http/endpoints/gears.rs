@@ -1,47 +1,28 @@
 //! `/v1/gears`: what follows from a gear's data, its flanks and the evaluation of measured traces;
 //! nothing is stored.
 
-use axum::{extract::State, http::HeaderMap, response::Response};
-use serde::Serialize;
-use utoipa::ToSchema;
-use utoipa_axum::{router::OpenApiRouter, routes};
-
-use super::fits::{json, json_held};
+use super::prelude::*;
 use crate::{
-    api::{
-        faults::Faults,
-        gears::{
-            design::{
-                flank::{self, FlankBody, FlankRequestBody},
-                geometry::{self, GeometryBody, GeometryRequestBody},
-                profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
-                solid_mesh::{self, SolidMeshRequestBody},
-                tolerances::{self, TolerancesBody, TolerancesRequestBody},
-            },
-            deviations::{self, answer::DeviationsBody, request::DeviationsRequestBody},
-            evaluation::{
-                self,
-                answer::EvaluationBody,
-                flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
-                pitch::{self, PitchEvaluationBody, PitchRequestBody},
-                request::EvaluateBody,
-            },
-            files::gears::{self, GearsOfFileBody},
-            quality_data,
+    api::gears::{
+        design::{
+            flank::{self, FlankBody, FlankRequestBody},
+            geometry::{self, GeometryBody, GeometryRequestBody},
+            profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+            solid_mesh::{self, SolidMeshRequestBody},
+            tolerances::{self, TolerancesBody, TolerancesRequestBody},
         },
-        problem::{Problem, Room},
-    },
-    http::{
-        layers::{
-            accept::Format,
-            body::Payload,
-            compute::{read_json, read_json_in_room},
-            files::attachment,
-            multipart::read_file,
-            unsent::with_permit,
+        deviations::{self, answer::DeviationsBody, request::DeviationsRequestBody},
+        evaluation::{
+            self,
+            answer::EvaluationBody,
+            flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
+            pitch::{self, PitchEvaluationBody, PitchRequestBody},
+            request::EvaluateBody,
         },
-        state::AppState,
+        files::gears::{self, GearsOfFileBody},
+        quality_data,
     },
+    http::layers::{compute::read_json_in_room, multipart::read_file},
     usecases::import::FileForm,
 };
 
@@ -82,9 +63,11 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
 #[utoipa::path(
     post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
     request_body(content = EvaluateBody, description = "A gear, traces, and settings of the evaluation."),
-    responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and \
+    responses(
+        (status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and \
         classes. Quality data have a characteristic for each figure, in µm.",
-        content((EvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
+            content((EvaluationBody = "application/json"), (String = "application/x-q-das-dfq")))
+    )
 )]
 async fn evaluate_gear(
     State(state): State<AppState>,
@@ -123,9 +106,11 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
     request_body(content = PitchRequestBody, description = "A gear, and the positions of its flanks."),
-    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes. \
+    responses(
+        (status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes. \
         Quality data have a characteristic for each figure, in µm.",
-        content((PitchEvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
+            content((PitchEvaluationBody = "application/json"), (String = "application/x-q-das-dfq")))
+    )
 )]
 async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, Format::Dfq, "Pitches")?;
@@ -175,9 +160,7 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
     request_body(content = FlankRequestBody, description = "A gear, a flank, and the places of the nodes."),
     responses(
         (status = 200, description = "Points and unit normals. CSV has a line `id,x,y,z,i,j,k` for each node, row by \
-            row.", content((FlankBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
-            content_type = "application/problem+json")
+            row.", content((FlankBody = "application/json"), (String = "text/csv")))
     )
 )]
 async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
@@ -209,8 +192,10 @@ struct FileFormBody {
     post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
     request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file \
         of a gear tester."),
-    responses((status = 200, description = "The gears with their missing data, the traces and the values.",
-        body = GearsOfFileBody))
+    responses(
+        (status = 200, description = "The gears with their missing data, the traces and the values.",
+            body = GearsOfFileBody)
+    )
 )]
 async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let limit = state.settings.body_limit;

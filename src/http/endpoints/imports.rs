@@ -1,27 +1,10 @@
 //! `/v1/jobs/{job_id}/import`: an iteration out of a file of a gear tester.
 
-use axum::response::Response;
-use serde::Serialize;
-use utoipa::ToSchema;
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
 use super::iterations::created;
+use super::prelude::*;
 use crate::{
-    api::{
-        gears::files::spec::ImportSpecBody, jobs::iterations::NewIterationBody, problem::Problem,
-        tables::mapping::MappingBody,
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            extract::PathOf,
-            idempotency::{IdempotencyKey, idempotent},
-            multipart::read_file,
-        },
-        state::AppState,
-    },
+    api::{gears::files::spec::ImportSpecBody, tables::mapping::MappingBody},
+    http::layers::multipart::read_file,
     usecases::import,
 };
 
@@ -55,27 +38,17 @@ struct ImportFormBody {
 /// is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
-    params(("job_id" = Uuid, Path), IdempotencyKey),
+    params(IdempotencyKey),
     request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file and its \
         description."),
     responses(
-        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody,
-            headers(
-            ("Location" = String, description = "Address of the iteration."),
-            ("ETag" = String, description = "Version of the iteration.")
-        )),
+        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody),
         (status = 409, description = "The first request with this idempotency key is still running, or the gear of the \
-            job was changed meanwhile.", body = Problem, content_type = "application/problem+json")
+            job was changed meanwhile.")
     )
 )]
-async fn import_iteration(
-    state: CallerState,
-    PathOf(job): PathOf<Uuid>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let scope = format!("POST /v1/jobs/{job}/import");
-    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+async fn import_iteration(PathOf(job): PathOf<Uuid>, post: Post) -> Result<Response, Problem> {
+    post.once(move |state, payload, key| async move {
         let limit = state.settings.body_limit;
         let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) = import::add(state.context(), job, move || read_file(payload, limit), keyed).await?;

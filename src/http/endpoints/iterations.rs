@@ -1,44 +1,20 @@
 //! `/v1/jobs/{job_id}/iterations`: nodes measured, their first fit, what was decided.
 
-use std::sync::Arc;
-
-use axum::{
-    http::{HeaderMap, HeaderValue, header},
-    response::Response,
-};
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
-use super::fits::json;
+use super::prelude::*;
 use crate::{
     api::{
         fits::{nodes_text, spec::nodes::NodesBody},
         gears::design_at_nodes::{self, DesignAtNodesBody},
         jobs::{
             iteration_requests::{IterationForm, IterationPatchBody, IterationRequest, Measurement},
-            iterations::{IterationBody, NewIterationBody},
+            iterations::IterationBody,
             listed_iterations::ListedIterationBody,
         },
         json::writer,
-        page::PageBody,
-        problem::Problem,
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            accept::Format,
-            body::Payload,
-            chunked,
-            compute::read_fit_and,
-            conditional::{IfMatch, etag, set_etag},
-            extract::{JsonOf, PathOf, QueryOf},
-            idempotency::{IdempotencyKey, idempotent},
-            paging::PageQuery,
-        },
-        state::AppState,
-    },
-    jobs::{Answer, Iteration, List, NewIteration, Stored},
-    usecases::{decide, iterate, nodes},
+    http::layers::{chunked, compute::read_fit_and},
+    jobs::{Iteration, NewIteration},
+    usecases::{decide, iterate},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -56,30 +32,18 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// gets the first response and stores nothing.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(
         content((IterationRequest = "application/json"), (IterationForm = "multipart/form-data")),
         description = "Nodes, the model to fit, and details of the measurement."
     ),
     responses(
         (status = 201, description = "The iteration with its first fit, which is chosen until another one is.",
-            body = NewIterationBody, headers(
-            ("Location" = String, description = "Address of the iteration."),
-            ("ETag" = String, description = "Version of the iteration.")
-        ))
+            body = NewIterationBody)
     )
 )]
-async fn create_iteration(
-    state: CallerState,
-    PathOf(job): PathOf<Uuid>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let scope = format!("POST /v1/jobs/{job}/iterations");
-    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+async fn create_iteration(PathOf(job): PathOf<Uuid>, post: Post) -> Result<Response, Problem> {
+    post.once(move |state, payload, key| async move {
         let of = state.jobs.known_job(job).await?;
         let plans = state.plans.clone();
         let work = move |nodes, spec, measurement: Measurement, mapping| {
@@ -95,12 +59,11 @@ async fn create_iteration(
 
 /// A new iteration as it is answered.
 pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
-    Answer {
-        status: 201,
-        location: Some(format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number)),
-        etag: Some(etag(stored.version)),
-        body: NewIterationBody::text(iteration, stored),
-    }
+    Answer::created(
+        format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number),
+        etag(stored.version),
+        NewIterationBody::text(iteration, stored),
+    )
 }
 
 /// List the iterations of a job
@@ -109,10 +72,8 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
 /// and twist are included if the axes place the nodes on a flank of the job's gear.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
-    params(("job_id" = Uuid, Path), PageQuery),
-    responses(
-        (status = 200, description = "A page of iterations.", body = PageBody<ListedIterationBody>)
-    )
+    params(PageQuery),
+    responses((status = 200, description = "A page of iterations.", body = PageBody<ListedIterationBody>))
 )]
 async fn list_iterations(
     state: CallerState,
@@ -129,9 +90,7 @@ async fn list_iterations(
 /// `GET …/fits/{fit_id}` has each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
-    responses((status = 200, description = "The iteration.", body = IterationBody,
-        headers(("ETag" = String, description = "Version of the iteration."))))
+    responses((status = 200, description = "The iteration.", body = IterationBody))
 )]
 async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, u32)>) -> Result<Response, Problem> {
     Ok(present(&state.jobs.iteration(job, number).await?))
@@ -144,18 +103,9 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
 /// chosen fit other gear figures, the fit is stored again with these figures and chosen.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
-    ),
+    params(IfMatch),
     request_body(content = IterationPatchBody, description = "The decision, or the changes of the nodes' description."),
-    responses(
-        (status = 200, description = "The iteration after the change.", body = IterationBody,
-            headers(("ETag" = String, description = "Version of the iteration."))),
-        (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
-    )
+    responses((status = 200, description = "The iteration after the change.", body = IterationBody))
 )]
 async fn update_iteration(
     state: CallerState,
@@ -179,12 +129,9 @@ pub fn present(iteration: &Iteration) -> Response {
 /// Returns exactly the posted numbers, missing nodes included, as JSON or CSV.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/nodes", operation_id = "get_iteration_nodes", tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
     responses(
         (status = 200, description = "The nodes. They never change.",
-            content((NodesBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
-            content_type = "application/problem+json")
+            content((NodesBody = "application/json"), (String = "text/csv")))
     )
 )]
 async fn get_iteration_nodes(
@@ -217,11 +164,10 @@ async fn get_iteration_nodes(
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/design", operation_id = "get_iteration_design",
     tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
     responses(
         (status = 200, description = "The design at the nodes.", body = DesignAtNodesBody),
         (status = 409, description = "The job has no design or no gear, the iteration no flank or axes, or the design \
-            is impossible on its flank.", body = Problem, content_type = "application/problem+json")
+            is impossible on its flank.")
     )
 )]
 async fn get_iteration_design(

@@ -1,13 +1,7 @@
 //! `…/iterations/{number}/fits`: further fits of stored nodes, the choice among them, and replays.
 
-use axum::{
-    http::{HeaderValue, header},
-    response::Response,
-};
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
-use super::{fits::json, iterations::present};
+use super::iterations::present;
+use super::prelude::*;
 use crate::{
     api::{
         fits::spec::include::IncludeName,
@@ -17,24 +11,10 @@ use crate::{
             iteration_requests::{ChosenFitBody, RefitRequest},
             iterations::{FitSummaryBody, IterationBody, IterationFitBody},
         },
-        page::PageBody,
-        problem::Problem,
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            compute::{read_json, read_optional_json},
-            conditional::{IfMatch, etag},
-            extract::{JsonOf, PathOf, QueryOf},
-            idempotency::{IdempotencyKey, idempotent},
-            include::IncludeQuery,
-            paging::PageQuery,
-        },
-        state::AppState,
-    },
-    jobs::{Answer, List, NewFit, Stored},
-    usecases::{fit, nodes},
+    http::layers::{compute::read_optional_json, include::IncludeQuery},
+    jobs::NewFit,
+    usecases::fit,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -52,27 +32,13 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit",
     tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = RefitRequest, description = "A fit request without nodes."),
-    responses(
-        (status = 201, description = "The fit.", body = IterationFitBody, headers(
-            ("Location" = String, description = "Address of the fit."),
-            ("ETag" = String, description = "Version of the iteration.")
-        ))
-    )
+    responses((status = 201, description = "The fit.", body = IterationFitBody))
 )]
-async fn create_iteration_fit(
-    state: CallerState,
-    PathOf((job, number)): PathOf<(Uuid, u32)>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
+async fn create_iteration_fit(PathOf((job, number)): PathOf<(Uuid, u32)>, post: Post) -> Result<Response, Problem> {
     let place = format!("/v1/jobs/{job}/iterations/{number}");
-    idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
+    post.once(move |state, payload, key| async move {
         let nodes = nodes::stored(state.context(), job, number).await?;
         let measurand = state.jobs.measurand(job, number).await?;
         let own = state.jobs.known_job(job).await?;
@@ -88,12 +54,7 @@ async fn create_iteration_fit(
 }
 
 fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
-    Answer {
-        status: 201,
-        location: Some(format!("{place}/fits/{}", fit.id)),
-        etag: Some(etag(stored.version)),
-        body: IterationFitBody::of(fit, false).text(),
-    }
+    Answer::created(format!("{place}/fits/{}", fit.id), etag(stored.version), IterationFitBody::of(fit, false).text())
 }
 
 /// List the fits of an iteration
@@ -102,10 +63,8 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
 /// returns each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
-    responses(
-        (status = 200, description = "A page of fits.", body = PageBody<FitSummaryBody>)
-    )
+    params(PageQuery),
+    responses((status = 200, description = "A page of fits.", body = PageBody<FitSummaryBody>))
 )]
 async fn list_iteration_fits(
     state: CallerState,
@@ -124,19 +83,15 @@ async fn list_iteration_fits(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit",
     tag = "iterations",
     params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        ("fit_id" = Uuid, Path),
         ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "Additional parts \
             of the response: names separated by commas.")
     ),
     responses(
-        (status = 200, description = "The fit. It never changes except for `chosen`.", body = IterationFitBody,
-            headers(("ETag" = String,
+        (status = 200, description = "The fit. It never changes except for `chosen`.",
+            body = IterationFitBody, headers(("ETag" = String,
                 description = "Changes only when this fit is chosen or another one is chosen instead. Absent with \
                     `include`."))),
-        (status = 422, description = "`include` has an unknown name.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 422, description = "`include` has an unknown name.")
     )
 )]
 async fn get_iteration_fit(
@@ -161,18 +116,9 @@ async fn get_iteration_fit(
 /// Each choice is a new row in the trace; no fit is overwritten or deleted.
 #[utoipa::path(
     put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen-fit", operation_id = "choose_fit", tag = "iterations",
-    params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
-    ),
+    params(IfMatch),
     request_body(content = ChosenFitBody, description = "The chosen fit."),
-    responses(
-        (status = 200, description = "The iteration with its new choice.", body = IterationBody,
-            headers(("ETag" = String, description = "Version of the iteration."))),
-        (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
-    )
+    responses((status = 200, description = "The iteration with its new choice.", body = IterationBody))
 )]
 async fn choose_fit(
     state: CallerState,
@@ -193,7 +139,6 @@ async fn choose_fit(
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit",
     tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
     responses((status = 200, description = "The comparison of the two results.", body = ReplayBody))
 )]
 async fn replay_fit(

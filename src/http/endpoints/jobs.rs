@@ -1,35 +1,16 @@
 //! `/v1/jobs`: gear jobs.
 
-use axum::{
-    http::StatusCode,
-    response::{IntoResponse, Response},
-};
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
+use super::prelude::*;
 use crate::{
-    api::{
-        jobs::{
-            job::{JobBody, JobPatchBody, NewJobBody},
-            job_list::ListedJobBody,
-        },
-        json::{value::read_json, writer::text_of},
-        page::PageBody,
-        problem::Problem,
+    api::jobs::{
+        job::{JobBody, JobPatchBody, NewJobBody},
+        job_list::ListedJobBody,
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            compute::read_small_json,
-            conditional::{IfMatch, job_etag, set_tag},
-            extract::{JsonOf, PathOf, QueryOf},
-            idempotency::{IdempotencyKey, idempotent},
-            job_query::JobsQuery,
-        },
-        state::AppState,
+    http::layers::{
+        conditional::{job_etag, set_tag},
+        job_query::JobsQuery,
     },
-    jobs::{Answer, Job, JobSummary, Stored},
+    jobs::{Job, JobSummary},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -46,18 +27,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(IdempotencyKey),
     request_body(content = NewJobBody, description = "Name, machine, gear and requirements of the job."),
-    responses(
-        (status = 201, description = "The job.", body = JobBody, headers(
-            ("Location" = String, description = "Address of the job."),
-            ("ETag" = String, description = "Version of the job.")
-        ))
-    )
+    responses((status = 201, description = "The job.", body = JobBody))
 )]
-async fn create_job(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
-    idempotent(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, key| async move {
-        let limit = state.settings.body_limit;
-        let read = |text: &[u8]| Ok(read_json::<NewJobBody>(text)?);
-        let draft = read_small_json(&state, payload, limit, read).await?;
+async fn create_job(post: Post) -> Result<Response, Problem> {
+    post.once(|state, payload, key| async move {
+        let draft = read_small::<NewJobBody>(&state, payload).await?;
         let keyed = key.map(|key| key.answered_by(created));
         let job = state.jobs.create_job(draft.try_into().map_err(Problem::invalid)?, keyed).await?;
         Ok(created(&job, Stored { number: 0, version: job.version }))
@@ -66,12 +40,7 @@ async fn create_job(state: CallerState, key: IdempotencyKey, payload: Payload) -
 }
 
 fn created(job: &Job, _: Stored) -> Answer {
-    Answer {
-        status: 201,
-        location: Some(format!("/v1/jobs/{}", job.id)),
-        etag: Some(job_etag(job)),
-        body: text_of(&JobBody::from(job.clone())).into_bytes(),
-    }
+    Answer::created(format!("/v1/jobs/{}", job.id), job_etag(job), text_of(&JobBody::from(job.clone())).into_bytes())
 }
 
 /// List jobs
@@ -82,9 +51,7 @@ fn created(job: &Job, _: Stored) -> Answer {
 #[utoipa::path(
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
     params(JobsQuery),
-    responses(
-        (status = 200, description = "A page of jobs.", body = PageBody<ListedJobBody>)
-    )
+    responses((status = 200, description = "A page of jobs.", body = PageBody<ListedJobBody>))
 )]
 async fn list_jobs(
     state: CallerState,
@@ -110,9 +77,7 @@ async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummary>, Pr
 /// The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}", operation_id = "get_job", tag = "jobs",
-    params(("job_id" = Uuid, Path)),
-    responses((status = 200, description = "The job.", body = JobBody,
-        headers(("ETag" = String, description = "Version of the job."))))
+    responses((status = 200, description = "The job.", body = JobBody))
 )]
 async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
     Ok(present(state.jobs.job(id).await?))
@@ -125,18 +90,11 @@ async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Respons
 /// of.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
-    params(
-        ("job_id" = Uuid, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
-    ),
+    params(IfMatch),
     request_body(content = JobPatchBody, description = "The fields to change."),
     responses(
-        (status = 200, description = "The job after the change.", body = JobBody,
-            headers(("ETag" = String, description = "Version of the job."))),
-        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear does not have.",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 412, description = "The job has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 200, description = "The job after the change.", body = JobBody),
+        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear does not have.")
     )
 )]
 async fn update_job(
@@ -153,16 +111,10 @@ async fn update_job(
 /// A job with iterations cannot be deleted: its trace records every decision on the gear.
 #[utoipa::path(
     delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",
-    params(
-        ("job_id" = Uuid, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
-    ),
+    params(IfMatch),
     responses(
         (status = 204, description = "The job is deleted."),
-        (status = 409, description = "The job has iterations, which cannot be deleted.", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 412, description = "The job has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 409, description = "The job has iterations, which cannot be deleted.")
     )
 )]
 async fn delete_job(

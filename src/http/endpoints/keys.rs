@@ -1,37 +1,18 @@
 //! `/v1/keys` and `/v1/whoami`: keys of the caller's tenant, and who the caller is.
 
-use axum::{
-    http::{HeaderValue, StatusCode, header},
-    response::{IntoResponse, Response},
-};
 use jiff::SignedDuration;
-use utoipa_axum::{router::OpenApiRouter, routes};
 
+use super::prelude::*;
 use crate::{
     api::{
         callers::{
             key::{KeyBody, KeyPatchBody, NewKeyBody, RotationBody},
             whoami::{ProofName, WhoamiBody},
         },
-        json::{value::read_json, writer::text_of},
-        page::PageBody,
-        problem::{Problem, ProblemCode},
         warning::WarningBody,
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            auth::{Principal, Proof},
-            body::Payload,
-            compute::read_small_json,
-            conditional::{IfMatch, etag, set_etag},
-            extract::{JsonOf, PathOf, QueryOf},
-            idempotency::{IdempotencyKey, idempotent},
-            paging::PageQuery,
-        },
-        state::AppState,
-    },
-    jobs::{Answer, ApiKey, KeyId, List, Page, PageRequest, Role, Scope, Scopes, Secret, TenantKeys},
+    http::layers::auth::{Principal, Proof},
+    jobs::{ApiKey, KeyId, Page, PageRequest, Role, Scope, Scopes, Secret, TenantKeys},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -56,22 +37,16 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = NewKeyBody, description = "Name, kind, scopes and lifetime of the key."),
     responses(
         (status = 201, description = "The key with its secret in `key`. A repeated response to the same \
-            `Idempotency-Key` has no secret.", body = KeyBody, headers(
-            ("Location" = String, description = "Address of the key."),
-            ("ETag" = String, description = "Version of the key.")
-        )),
-        (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow.",
-            body = Problem, content_type = "application/problem+json"),
+            `Idempotency-Key` has no secret.", body = KeyBody),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow."),
         (status = 409, description = "Another certificate key has this name, the first key is not an administrator's, \
-            or the first request with this idempotency key is still running.",
-            body = Problem, content_type = "application/problem+json")
+            or the first request with this idempotency key is still running.")
     )
 )]
-async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
-    idempotent(state, key, "POST /v1/keys".to_owned(), payload, |state, payload, key| async move {
-        let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
-        let read = |text: &[u8]| Ok(read_json::<NewKeyBody>(text)?);
-        let body = read_small_json(&state, payload, limit, read).await?;
+async fn create_key(post: Post) -> Result<Response, Problem> {
+    post.once(|state, payload, key| async move {
+        let keys = state.tenant_keys();
+        let body = read_small::<NewKeyBody>(&state, payload).await?;
         let draft = body.draft(keys.now()).map_err(Problem::invalid)?;
         check_grant(&state.principal, draft.scopes)?;
         let is_first = state.callers.await_first_key().await?;
@@ -103,12 +78,7 @@ pub(super) fn first_key_must_be_admin() -> Problem {
 fn created(key: &ApiKey, secret: Option<&Secret>, is_first: bool) -> Answer {
     let first = || WarningBody::new("first_key", FIRST_KEY.to_owned());
     let body = KeyBody { warnings: is_first.then(first).into_iter().collect(), ..KeyBody::of(key, secret) };
-    Answer {
-        status: 201,
-        location: Some(format!("/v1/keys/{}", key.id)),
-        etag: Some(etag(key.version)),
-        body: text_of(&body).into_bytes(),
-    }
+    Answer::created(format!("/v1/keys/{}", key.id), etag(key.version), text_of(&body).into_bytes())
 }
 
 /// Refuses to grant what the one who grants has not.
@@ -146,9 +116,7 @@ async fn list_keys(
 /// `PATCH`.
 #[utoipa::path(
     get, path = "/v1/keys/{key_id}", operation_id = "get_key", tag = "keys",
-    params(("key_id" = String, Path)),
-    responses((status = 200, description = "The key.", body = KeyBody,
-        headers(("ETag" = String, description = "Version of the key."))))
+    responses((status = 200, description = "The key.", body = KeyBody))
 )]
 async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Response, Problem> {
     Ok(present(&state.tenant_keys().key(key_id(&id)?).await?))
@@ -160,20 +128,13 @@ async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Respo
 /// changed: create another key. An expired key cannot be changed or renewed.
 #[utoipa::path(
     patch, path = "/v1/keys/{key_id}", operation_id = "update_key", tag = "keys",
-    params(
-        ("key_id" = String, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the key is still at this ETag.")
-    ),
+    params(IfMatch),
     request_body(content = KeyPatchBody, description = "The fields to change."),
     responses(
-        (status = 200, description = "The key after the change.", body = KeyBody,
-            headers(("ETag" = String, description = "Version of the key."))),
-        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
-            body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The key after the change.", body = KeyBody),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows."),
         (status = 409, description = "The key has expired or is revoked, or it was replaced and would expire later \
-            than now.", body = Problem, content_type = "application/problem+json"),
-        (status = 412, description = "The key has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
+            than now.")
     )
 )]
 async fn update_key(
@@ -194,13 +155,10 @@ async fn update_key(
 /// The key is kept as revoked.
 #[utoipa::path(
     delete, path = "/v1/keys/{key_id}", operation_id = "revoke_key", tag = "keys",
-    params(("key_id" = String, Path)),
     responses(
         (status = 204, description = "The key is revoked."),
-        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "It is the caller's own key, and no other key of the tenant allows `admin`.",
-            body = Problem, content_type = "application/problem+json")
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows."),
+        (status = 409, description = "It is the caller's own key, and no other key of the tenant allows `admin`.")
     )
 )]
 async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<StatusCode, Problem> {
@@ -238,33 +196,21 @@ async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem
 /// key; its id is `replaced_by` of the old one.
 #[utoipa::path(
     post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
-    params(("key_id" = String, Path), IdempotencyKey),
+    params(IdempotencyKey),
     request_body(content = RotationBody, description = "Time for which the old key stays valid."),
     responses(
         (status = 201, description = "The new key with its secret in `key`. A repeated response to the same \
-            `Idempotency-Key` has no secret.", body = KeyBody, headers(
-            ("Location" = String, description = "Address of the new key."),
-            ("ETag" = String, description = "Version of the new key.")
-        )),
-        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
-            body = Problem, content_type = "application/problem+json"),
+            `Idempotency-Key` has no secret.", body = KeyBody),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows."),
         (status = 409, description = "The key has expired, is revoked, was rotated before or is of the kind \
-            `certificate`, or the first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            `certificate`, or the first request with this idempotency key is still running.")
     )
 )]
-async fn rotate_key(
-    state: CallerState,
-    PathOf(id): PathOf<String>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let scope = format!("POST /v1/keys/{id}/rotate");
-    idempotent(state, key, scope, payload, |state, payload, key| async move {
-        let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
+async fn rotate_key(PathOf(id): PathOf<String>, post: Post) -> Result<Response, Problem> {
+    post.once(|state, payload, key| async move {
+        let keys = state.tenant_keys();
         let old = keys.key(key_id(&id)?).await?;
-        let read = |text: &[u8]| Ok(read_json::<RotationBody>(text)?);
-        let overlap = read_small_json(&state, payload, limit, read).await?.overlap_seconds;
+        let overlap = read_small::<RotationBody>(&state, payload).await?.overlap_seconds;
         check_grant(&state.principal, old.scopes)?;
         let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None, false)));
         let (made, secret) = keys.rotate(&old, SignedDuration::from_secs(overlap.into()), keyed).await?;

@@ -1,35 +1,16 @@
 //! Old jobs: archived, and purged.
 
-use std::{io, time::Duration};
+use std::io;
 
-use axum::{
-    body::{Body, Bytes},
-    http::{HeaderValue, header},
-    response::Response,
-};
+use axum::body::Body;
 use futures_util::{StreamExt, stream};
 use tokio::{sync::mpsc, time::timeout};
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
+use super::prelude::*;
 use crate::{
-    api::{
-        jobs::purge::{PurgeBody, PurgeRequestBody},
-        json::{value::read_json, writer::text_of},
-        problem::{Problem, ProblemCode},
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            chunked::PIECE,
-            compute::read_small_json,
-            extract::PathOf,
-            idempotency::{IdempotencyKey, idempotent},
-        },
-        state::AppState,
-    },
-    jobs::{Answer, Purge, Scope, Stored},
+    api::jobs::purge::{PurgeBody, PurgeRequestBody},
+    http::layers::chunked::PIECE,
+    jobs::{Purge, Scope},
 };
 
 /// Pieces of lines that wait for the client.
@@ -47,11 +28,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// incomplete.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
-    params(("job_id" = Uuid, Path)),
     responses(
         (status = 200, description = "The archive.", content((String = "application/jsonl"))),
-        (status = 403, description = "The caller lacks a scope: `admin` or `read`.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 403, description = "The caller lacks a scope: `admin` or `read`.")
     )
 )]
 async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Response, Problem> {
@@ -111,24 +90,16 @@ async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Durat
 /// needed again, and verify its audit: purged data cannot be verified.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/purge", operation_id = "purge_job", tag = "jobs",
-    params(("job_id" = Uuid, Path), IdempotencyKey),
+    params(IdempotencyKey),
     request_body(content = PurgeRequestBody, description = "Reason of the purge."),
     responses(
         (status = 200, description = "The purge.", body = PurgeBody),
-        (status = 410, description = "The job is already purged.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 410, description = "The job is already purged.")
     )
 )]
-async fn purge_job(
-    state: CallerState,
-    PathOf(job): PathOf<Uuid>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    idempotent(state, key, format!("POST /v1/jobs/{job}/purge"), payload, |state, payload, key| async move {
-        let limit = state.settings.body_limit;
-        let read = |text: &[u8]| Ok(read_json::<PurgeRequestBody>(text)?);
-        let PurgeRequestBody { reason } = read_small_json(&state, payload, limit, read).await?;
+async fn purge_job(PathOf(job): PathOf<Uuid>, post: Post) -> Result<Response, Problem> {
+    post.once(|state, payload, key| async move {
+        let PurgeRequestBody { reason } = read_small::<PurgeRequestBody>(&state, payload).await?;
         let keyed = key.map(|key| key.answered_by(purged));
         let new = state.jobs.purge(job, reason.into(), keyed).await?;
         Ok(purged(&new, Stored { number: 0, version: 0 }))
@@ -137,7 +108,7 @@ async fn purge_job(
 }
 
 fn purged(new: &Purge, _stored: Stored) -> Answer {
-    Answer { status: 200, location: None, etag: None, body: text_of(&PurgeBody::from(new)).into_bytes() }
+    Answer::ok(text_of(&PurgeBody::from(new)).into_bytes())
 }
 
 #[cfg(test)]

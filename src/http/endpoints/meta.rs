@@ -2,29 +2,10 @@
 
 use std::sync::OnceLock;
 
-use axum::{
-    Router,
-    body::Bytes,
-    extract::State,
-    http::{HeaderValue, header},
-    response::{IntoResponse, Response},
-    routing::get,
-};
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
-use utoipa_axum::{router::OpenApiRouter, routes};
-
+use super::prelude::*;
 use super::{dashboard, docs};
 use crate::{
-    api::{
-        faults::Faults,
-        problem::{Problem, ProblemCode},
-    },
-    http::{
-        layers::{conditional::content_tag, extract::QueryOf, readiness::Unready},
-        openapi::openapi_json,
-        state::AppState,
-    },
+    http::{layers::readiness::Unready, openapi::openapi_json},
     telemetry,
 };
 
@@ -112,13 +93,13 @@ enum Purpose {
 /// responds within a second, and its disk accepts writes. The database is checked at most once a
 /// second.
 #[utoipa::path(
-    get, path = "/readyz", operation_id = "get_readiness", tag = "operation", params(ReadinessQuery),
+    get, path = "/readyz", operation_id = "get_readiness", tag = "operation",
+    params(ReadinessQuery),
     responses(
         (status = 200, description = "The server is ready.", body = Health),
         (status = 503, description = "The process is shutting down, or nothing can be stored; `detail` gives the \
             reason: the store does not respond or accepts no writes, its schema is missing or of another version, \
-            it is a standby, or the clocks are too far apart.", body = Problem,
-            content_type = "application/problem+json")
+            it is a standby, or the clocks are too far apart.")
     )
 )]
 async fn get_readiness(
@@ -151,8 +132,10 @@ async fn get_readiness(
 /// `/readyz`, the store is checked at most once a second, for at most a second.
 #[utoipa::path(
     get, path = "/metrics", operation_id = "get_metrics", tag = "operation",
-    responses((status = 200, description = "Metrics in the Prometheus text format.", body = String,
-        content_type = "text/plain"))
+    responses(
+        (status = 200, description = "Metrics in the Prometheus text format.",
+            body = String, content_type = "text/plain")
+    )
 )]
 async fn get_metrics(State(state): State<AppState>) -> impl IntoResponse {
     // where nobody asks for readiness, an alert goes by the figure that this sets

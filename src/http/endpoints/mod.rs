@@ -30,3 +30,50 @@ pub mod studies;
 pub mod surfaces;
 pub mod tenants;
 pub mod trace;
+
+/// Names that most files of endpoints use.
+mod prelude {
+    pub use axum::{
+        Router,
+        body::Bytes,
+        extract::State,
+        http::{HeaderMap, HeaderValue, StatusCode, header},
+        response::{IntoResponse, Response},
+        routing::get,
+    };
+    pub use flankfit_engine::estimation::Nodes;
+    pub use serde::{Deserialize, Serialize};
+    pub use std::{sync::Arc, time::Duration};
+    pub use utoipa::{IntoParams, ToSchema};
+    pub use utoipa_axum::{router::OpenApiRouter, routes};
+    pub use uuid::Uuid;
+
+    pub use super::fits::{json, json_held};
+    pub use crate::{
+        api::{
+            faults::Faults,
+            gears::correction::include::StoredIncludeName,
+            jobs::{iterations::NewIterationBody, records::RecordBody},
+            json::writer::text_of,
+            page::PageBody,
+            problem::{Problem, ProblemCode, Room},
+        },
+        http::{
+            caller_state::CallerState,
+            layers::{
+                accept::Format,
+                body::Payload,
+                compute::{read_json, read_small},
+                conditional::{IfMatch, content_tag, etag, set_etag},
+                extract::{JsonOf, PathOf, QueryOf},
+                files::attachment,
+                idempotency::{IdempotencyKey, Post},
+                paging::PageQuery,
+                unsent::with_permit,
+            },
+            state::AppState,
+        },
+        jobs::{Answer, List, RecordKind, RepositoryError, Stored},
+        usecases::{budget::WithPermit, nodes},
+    };
+}

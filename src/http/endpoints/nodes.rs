@@ -1,25 +1,14 @@
 //! `/v1/nodes/read`: what a table of nodes or points is proposed to be.
 
-use axum::response::Response;
-use serde::Serialize;
-use utoipa::ToSchema;
-use utoipa_axum::{router::OpenApiRouter, routes};
-
-use super::fits::json_held;
+use super::prelude::*;
 use crate::{
     api::{
-        faults::Faults,
         gears::files::proposal::{self, ProposalBody, TableIncludeName},
-        json::{text::ShortText, value::read_json},
-        problem::Problem,
+        json::{text::ShortText, value},
         tables::{kept, mapping::MappingBody},
     },
-    http::{
-        caller_state::CallerState,
-        layers::{body::Payload, extract::QueryOf, include::TableQuery, multipart::read_any_file},
-        state::AppState,
-    },
-    usecases::{budget::WithPermit, import::FileForm},
+    http::layers::{include::TableQuery, multipart::read_any_file},
+    usecases::import::FileForm,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -88,7 +77,7 @@ async fn read_nodes(
     let work = move || {
         let (FileForm { file, mapping, .. }, permit) = form.into_parts();
         // another version may know more words
-        let kept = kept.and_then(|text| read_json(text.as_bytes()).ok());
+        let kept = kept.and_then(|text| value::read_json(text.as_bytes()).ok());
         Ok::<_, Problem>(WithPermit::new(proposal::answer(&file, mapping.as_ref(), kept.as_ref(), with_nodes)?, permit))
     };
     Ok(json_held(state.pool.run(work).await??))

@@ -1,18 +1,9 @@
 //! `POST …/iterations/{number}/preview`: what a refit would answer; stores nothing.
 
-use axum::response::Response;
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
-use super::fits::json_held;
+use super::prelude::*;
 use crate::{
-    api::{fits::answer::FitResultBody, jobs::iteration_requests::PreviewRequest, problem::Problem},
-    http::{
-        caller_state::CallerState,
-        layers::{body::Payload, compute::read_json, extract::PathOf},
-        state::AppState,
-    },
-    usecases::{fit, nodes},
+    api::{fits::answer::FitResultBody, jobs::iteration_requests::PreviewRequest},
+    usecases::fit,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -26,7 +17,6 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/preview", operation_id = "preview_iteration_fit",
     tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
     request_body(content = PreviewRequest, description = "A fit request without nodes."),
     responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
 )]

@@ -1,48 +1,29 @@
 //! `…/iterations/{number}/records`: other data stored with an iteration than its fits, such as
 //! curves and surfaces.
 
-use std::sync::Arc;
-
 use axum::{
     RequestExt,
     extract::{FromRequest, Request},
-    http::{HeaderMap, header},
-    response::Response,
 };
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
+use super::prelude::*;
 use crate::{
     api::{
         built::Built,
         gears::{
-            correction::{
-                include::{CorrectionInclude, StoredIncludeName},
-                result::CorrectionResultBody,
-            },
+            correction::{include::CorrectionInclude, result::CorrectionResultBody},
             quality_data::{self, Kept},
         },
-        jobs::records::{self, RecordBody, RecordSummaryBody, Shown},
-        page::PageBody,
-        problem::{Problem, Room},
+        jobs::records::{self, RecordSummaryBody, Shown},
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            accept::{Format, chosen, preference},
-            body::Payload,
-            conditional::{etag, set_etag},
-            extract::{PathOf, QueryOf},
-            idempotency::{IdempotencyKey, REPLAYED, idempotent},
-            include::IncludeQuery,
-            paging::PageQuery,
-        },
-        state::AppState,
+    http::layers::{
+        accept::{chosen, preference},
+        idempotency::REPLAYED,
+        include::IncludeQuery,
     },
-    jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
-    usecases::{budget::WithPermit, nodes},
+    jobs::{Job, Measurand, Record, RecordDraft},
 };
-use flankfit_engine::estimation::{Nodes, Plans};
+use flankfit_engine::estimation::Plans;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(list_iteration_records)).routes(routes!(get_iteration_record))
@@ -78,11 +59,9 @@ impl From<RecordDraft> for NewRecord {
 
 /// A request for a record of an iteration.
 pub struct RecordRequest {
-    pub state: CallerState,
     pub job: Uuid,
     pub number: u32,
-    key: IdempotencyKey,
-    payload: Payload,
+    post: Post,
 }
 
 impl FromRequest<AppState> for RecordRequest {
@@ -90,10 +69,7 @@ impl FromRequest<AppState> for RecordRequest {
 
     async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
         let PathOf((job, number)) = request.extract_parts_with_state(state).await?;
-        let key = request.extract_parts_with_state(state).await?;
-        let caller = request.extract_parts_with_state(state).await?;
-        let payload = request.extract_with_state(state).await?;
-        Ok(RecordRequest { state: caller, job, number, key, payload })
+        Ok(RecordRequest { job, number, post: request.extract_with_state(state).await? })
     }
 }
 
@@ -102,7 +78,6 @@ impl RecordRequest {
     /// it with the iteration and returns it.
     pub async fn keep(
         self,
-        route: &str,
         build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
         let context = async |state: CallerState, job, number| {
@@ -110,29 +85,25 @@ impl RecordRequest {
             let measurand = state.jobs.measurand(job, number).await?;
             Ok(RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() })
         };
-        self.keep_of(route, context, build).await
+        self.keep_of(context, build).await
     }
 
     /// The same, with the data that `context` reads.
     pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<C, Problem>>>(
         self,
-        route: &str,
         context: impl FnOnce(CallerState, Uuid, u32) -> F,
         build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
-        let RecordRequest { state, job, number, key, payload } = self;
-        let scope = format!("POST /v1/jobs/{job}/iterations/{number}/{route}");
+        let RecordRequest { job, number, post } = self;
         let context = async move |state: CallerState, job| Ok((number, context(state, job, number).await?));
-        JobRecordRequest { state, job, key, payload }.keep_under(scope, context, build).await
+        JobRecordRequest { job, post }.keep_of(context, build).await
     }
 }
 
 /// A request for a record of a job, which is kept with one of its iterations.
 pub struct JobRecordRequest {
-    state: CallerState,
     job: Uuid,
-    key: IdempotencyKey,
-    payload: Payload,
+    post: Post,
 }
 
 impl FromRequest<AppState> for JobRecordRequest {
@@ -140,10 +111,7 @@ impl FromRequest<AppState> for JobRecordRequest {
 
     async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
         let PathOf(job) = request.extract_parts_with_state(state).await?;
-        let key = request.extract_parts_with_state(state).await?;
-        let caller = request.extract_parts_with_state(state).await?;
-        let payload = request.extract_with_state(state).await?;
-        Ok(JobRecordRequest { state: caller, job, key, payload })
+        Ok(JobRecordRequest { job, post: request.extract_with_state(state).await? })
     }
 }
 
@@ -152,22 +120,11 @@ impl JobRecordRequest {
     /// [`RecordRequest::keep_of`] does.
     pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<(u32, C), Problem>>>(
         self,
-        route: &str,
         context: impl FnOnce(CallerState, Uuid) -> F,
         build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
-        let scope = format!("POST /v1/jobs/{}/{route}", self.job);
-        self.keep_under(scope, context, build).await
-    }
-
-    async fn keep_under<C: Send + 'static, F: Future<Output = Result<(u32, C), Problem>>>(
-        self,
-        scope: String,
-        context: impl FnOnce(CallerState, Uuid) -> F,
-        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
-    ) -> Result<Response, Problem> {
-        let JobRecordRequest { state, job, key, payload } = self;
-        idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        let JobRecordRequest { job, post } = self;
+        post.once(move |state, payload, key| async move {
             let (number, context) = context(state.clone(), job).await?;
             let iteration = format!("/v1/jobs/{job}/iterations/{number}");
             let limit = state.settings.body_limit;
@@ -193,11 +150,10 @@ impl RecordRequest {
     pub async fn keep_as(
         self,
         format: Format,
-        route: &str,
         build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
-        let (state, job, number) = (self.state.clone(), self.job, self.number);
-        let mut kept = self.keep(route, build).await?;
+        let (state, job, number) = (self.post.state.clone(), self.job, self.number);
+        let mut kept = self.keep(build).await?;
         chosen(kept.headers_mut());
         if format != Format::Dfq {
             return Ok(kept);
@@ -225,7 +181,7 @@ async fn as_quality_data(state: &CallerState, job: Uuid, number: u32, record: Re
 }
 
 fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
-    Answer { status: 201, location: Some(format!("{iteration}/records/{}", record.id)), etag: Some(etag(1)), body }
+    Answer::created(format!("{iteration}/records/{}", record.id), etag(1), body)
 }
 
 /// List the records of an iteration
@@ -235,10 +191,8 @@ fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records",
     tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
-    responses(
-        (status = 200, description = "A page of records.", body = PageBody<RecordSummaryBody>)
-    )
+    params(PageQuery),
+    responses((status = 200, description = "A page of records.", body = PageBody<RecordSummaryBody>))
 )]
 async fn list_iteration_records(
     state: CallerState,
@@ -258,18 +212,14 @@ async fn list_iteration_records(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
     tag = "iterations",
     params(
-        ("job_id" = Uuid, Path),
-        ("number" = u32, Path),
-        ("record_id" = Uuid, Path),
         ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "For a \
             correction, additional parts of the response: names separated by commas.")
     ),
     responses(
         (status = 200, description = "The record. Quality data, available for evaluations and pitches, have a \
             characteristic for each figure, in µm.",
-            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
-        (status = 422, description = "`include` has an unknown name.", body = Problem,
-            content_type = "application/problem+json")
+                content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
+        (status = 422, description = "`include` has an unknown name.")
     )
 )]
 async fn get_iteration_record(

@@ -1,32 +1,11 @@
 //! `/v1/simulations`: machines that are corrected in a loop, each run kept as a job where that is
 //! asked for.
 
-use std::sync::Arc;
-
-use axum::response::Response;
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
-use crate::{
-    api::{
-        json::writer::text_of,
-        problem::Problem,
-        simulations::{
-            closed_loop::{self, RunDraft, SimulatedRun},
-            request::ClosedLoopBody,
-            result::ClosedLoopResultBody,
-        },
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            compute::read_json,
-            idempotency::{IdempotencyKey, idempotent},
-        },
-        state::AppState,
-    },
-    jobs::{Answer, Stored},
+use super::prelude::*;
+use crate::api::simulations::{
+    closed_loop::{self, RunDraft, SimulatedRun},
+    request::ClosedLoopBody,
+    result::ClosedLoopResultBody,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -48,9 +27,8 @@ pub fn group() -> OpenApiRouter<AppState> {
             body = ClosedLoopResultBody)
     )
 )]
-async fn simulate_closed_loop(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
-    let scope = "POST /v1/simulations/closed-loop".to_owned();
-    idempotent(state, key, scope, payload, |state, payload, key| async move {
+async fn simulate_closed_loop(post: Post) -> Result<Response, Problem> {
+    post.once(|state, payload, key| async move {
         let plans = state.plans.clone();
         let simulated = read_json(&state, payload, move |text| closed_loop::simulate(text, &plans)).await?;
         let (mut runs, mut drafts) = (Vec::new(), Vec::new());
@@ -81,5 +59,5 @@ fn answered(body: &ClosedLoopResultBody, ids: &[Uuid]) -> Answer {
     for (run, id) in body.runs.iter_mut().zip(ids) {
         run.job_id = Some(*id);
     }
-    Answer { status: 200, location: None, etag: None, body: text_of(&body).into_bytes() }
+    Answer::ok(text_of(&body).into_bytes())
 }

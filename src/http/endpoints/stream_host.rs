@@ -1,16 +1,15 @@
 //! Services that the use cases of streams need: workers of the pool, and the contract.
 
+use super::prelude::*;
 use crate::{
     api::{
         fits::{canonical, reader},
         measurand::axes,
-        problem::Problem,
         streams::stream,
     },
-    http::{layers::conditional::etag, state::AppState},
-    jobs::{Answer, Measurand, Stream, StreamHost},
+    jobs::{Measurand, Stream, StreamHost},
 };
-use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
+use flankfit_engine::estimation::{FitSpec, Recursive};
 
 impl StreamHost for AppState {
     type Error = Problem;

@@ -6,34 +6,19 @@
 //! a time: who sends faster is slowed down by the connection itself. A client that leaves takes the
 //! block that is being worked on along, unless the store has it already.
 
-use std::time::Duration;
-
-use axum::{
-    extract::ws::{
-        CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code, rejection::WebSocketUpgradeRejection,
-    },
-    http::HeaderMap,
-    response::Response,
+use axum::extract::ws::{
+    CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code, rejection::WebSocketUpgradeRejection,
 };
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
+use super::prelude::*;
 use super::streams;
 use crate::{
-    api::{
-        json::writer::text_of,
-        problem::{Problem, ProblemCode},
-        streams::stream,
-    },
+    api::streams::stream,
     http::{
-        caller_state::CallerState,
-        layers::{extract::PathOf, observe::too_late, sites},
+        layers::{observe::too_late, sites},
         shutdown::OpenConnection,
-        state::AppState,
     },
-    jobs::RepositoryError,
     pool,
-    usecases::budget::WithPermit,
 };
 
 /// Time between two pings.
@@ -55,17 +40,13 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// request. A problem is sent as a JSON message with its `code`, and the connection stays open.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/ws", operation_id = "connect_stream", tag = "streams",
-    params(("stream_id" = Uuid, Path)),
     responses(
         (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is \
             closed when the stream is finished or deleted, when the server stops, and (1008) when the \
             caller's key or token ends."),
-        (status = 400, description = "Not a WebSocket request.", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 409, description = "The stream is finished.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 400, description = "Not a WebSocket request."),
+        (status = 403, description = "A web page of an origin that `--cors-origins` does not name."),
+        (status = 409, description = "The stream is finished.")
     )
 )]
 async fn connect_stream(

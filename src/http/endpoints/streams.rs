@@ -3,42 +3,22 @@
 
 use std::time::Instant;
 
-use axum::{http::StatusCode, response::Response};
-use serde::Deserialize;
-use utoipa::IntoParams;
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
-use super::{fits::json, iterations};
+use super::iterations;
+use super::prelude::*;
 use crate::{
     api::{
-        faults::Faults,
         gears::fit_figures::OfFlank,
-        jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
-        page::PageBody,
-        problem::Problem,
+        jobs::{fits, iteration_requests::MeasurementDetailsBody, problem::of_measured},
         streams::{
             listed::{self, ListedStreamBody, StreamNodesBody},
             stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
         },
     },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            compute::{read_json, read_optional_json},
-            conditional::{IfMatch, etag, set_etag},
-            extract::{PathOf, QueryOf},
-            idempotency::{ClaimedKey, IdempotencyKey, idempotent},
-            paging::PageQuery,
-            unsent::with_permit,
-        },
-        state::AppState,
-    },
-    jobs::{Answer, KeyedRequest, List, NewStream, PostedBlock, Stored},
+    http::layers::{compute::read_optional_json, idempotency::ClaimedKey},
+    jobs::{KeyedRequest, NewStream, PostedBlock},
     telemetry,
 };
-use flankfit_engine::estimation::{FitSpec, Nodes};
+use flankfit_engine::estimation::FitSpec;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
@@ -54,26 +34,12 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// nodes. Blocks of nodes follow, and finally the stream becomes an iteration.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
-    params(
-        ("job_id" = Uuid, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = NewStreamBody, description = "A fit request without nodes, and the forgetting factor."),
-    responses(
-        (status = 201, description = "The stream, without blocks yet.", body = StreamBody, headers(
-            ("Location" = String, description = "Address of the stream."),
-            ("ETag" = String, description = "Version of the stream.")
-        ))
-    )
+    responses((status = 201, description = "The stream, without blocks yet.", body = StreamBody))
 )]
-async fn create_stream(
-    state: CallerState,
-    PathOf(job): PathOf<Uuid>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let scope = format!("POST /v1/jobs/{job}/streams");
-    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+async fn create_stream(PathOf(job): PathOf<Uuid>, post: Post) -> Result<Response, Problem> {
+    post.once(move |state, payload, key| async move {
         state.jobs.known_job(job).await?;
         let draft = read_json(&state, payload, stream::read_stream).await?;
         let keyed = key.map(|key| key.answered_by(opened));
@@ -85,12 +51,7 @@ async fn create_stream(
 }
 
 fn opened(stream: &NewStream, stored: Stored) -> Answer {
-    Answer {
-        status: 201,
-        location: Some(format!("/v1/streams/{}", stream.id)),
-        etag: Some(etag(stored.version)),
-        body: stream::created(stream),
-    }
+    Answer::created(format!("/v1/streams/{}", stream.id), etag(stored.version), stream::created(stream))
 }
 
 /// List the streams of a job
@@ -99,7 +60,7 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
 /// and estimates.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/streams", operation_id = "list_streams", tag = "streams",
-    params(("job_id" = Uuid, Path), PageQuery),
+    params(PageQuery),
     responses((status = 200, description = "A page of streams.", body = PageBody<ListedStreamBody>))
 )]
 async fn list_streams(
@@ -132,7 +93,7 @@ const BLOCKS_IN_MEMORY: usize = 64 << 20;
 /// finished stream are those of its iteration.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/nodes", operation_id = "get_stream_nodes", tag = "streams",
-    params(("stream_id" = Uuid, Path), BlocksQuery),
+    params(BlocksQuery),
     responses((status = 200, description = "Some blocks.", body = StreamNodesBody))
 )]
 async fn get_stream_nodes(
@@ -156,9 +117,7 @@ async fn get_stream_nodes(
 /// Returns the estimate after the last block, or the iteration that the stream has become.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}", operation_id = "get_stream", tag = "streams",
-    params(("stream_id" = Uuid, Path)),
-    responses((status = 200, description = "The stream.", body = StreamBody,
-        headers(("ETag" = String, description = "Version of the stream."))))
+    responses((status = 200, description = "The stream.", body = StreamBody))
 )]
 async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
     let (stream, estimate) = state.jobs.stream_with_estimate(&state.app, id).await?;
@@ -180,7 +139,6 @@ async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Resp
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
     params(
-        ("stream_id" = Uuid, Path),
         ("Idempotency-Key" = Option<String>, Header, description = "Repeating the request with the same key and body \
             returns the first response. (Repeated blocks are also recognised by number and nodes.)",
             min_length = 1, max_length = 255, pattern = "^[!-~]+$")
@@ -192,17 +150,11 @@ async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Resp
             ("ETag" = String, description = "Version of the stream after this block.")
         )),
         (status = 409, description = "Another block is expected next, the block was sent before with other nodes, or \
-            the stream is finished.", body = Problem, content_type = "application/problem+json")
+            the stream is finished.")
     )
 )]
-async fn add_stream_nodes(
-    state: CallerState,
-    PathOf(id): PathOf<Uuid>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let scope = format!("POST /v1/streams/{id}/nodes");
-    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+async fn add_stream_nodes(PathOf(id): PathOf<Uuid>, post: Post) -> Result<Response, Problem> {
+    post.once(move |state, payload, key| async move {
         let block = read_json(&state, payload, stream::read_block).await?;
         add_block(&state, id, block, key.map(ClaimedKey::request)).await
     })
@@ -229,30 +181,18 @@ pub async fn add_block(
 /// /v1/jobs/{job_id}/iterations`.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
-    params(
-        ("stream_id" = Uuid, Path),
-        IdempotencyKey
-    ),
+    params(IdempotencyKey),
     request_body(content = Option<MeasurementDetailsBody>, description = "Details of the measurement; the body may be \
         empty."),
     responses(
         (status = 201, description = "The iteration, as if its nodes had been posted together.",
-            body = NewIterationBody, headers(
-            ("Location" = String, description = "Address of the iteration."),
-            ("ETag" = String, description = "Version of the iteration.")
-        )),
+            body = NewIterationBody),
         (status = 409, description = "The stream is already finished or has no nodes, or the first request with this \
-            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+            idempotency key is still running.")
     )
 )]
-async fn finish_stream(
-    state: CallerState,
-    PathOf(id): PathOf<Uuid>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let scope = format!("POST /v1/streams/{id}/finish");
-    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+async fn finish_stream(PathOf(id): PathOf<Uuid>, post: Post) -> Result<Response, Problem> {
+    post.once(move |state, payload, key| async move {
         let body: MeasurementDetailsBody = read_optional_json(&state, payload).await?;
         let plans = state.plans.clone();
         let stream = state.jobs.stream(id).await?;
@@ -271,15 +211,8 @@ async fn finish_stream(
 /// The nodes of an open stream are lost. The iteration of a finished stream is kept.
 #[utoipa::path(
     delete, path = "/v1/streams/{stream_id}", operation_id = "delete_stream", tag = "streams",
-    params(
-        ("stream_id" = Uuid, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the stream is still at this ETag.")
-    ),
-    responses(
-        (status = 204, description = "The stream is deleted."),
-        (status = 412, description = "The stream has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
-    )
+    params(IfMatch),
+    responses((status = 204, description = "The stream is deleted."))
 )]
 async fn delete_stream(
     state: CallerState,

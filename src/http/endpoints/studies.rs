@@ -1,21 +1,9 @@
 //! `POST /v1/studies/randomization`: numerical experiments; nothing is stored.
 
-use axum::{extract::State, response::Response};
-use utoipa_axum::{router::OpenApiRouter, routes};
-
-use super::fits::json;
-use crate::{
-    api::{
-        problem::Problem,
-        studies::{
-            request::RandomizationRequest,
-            result::{self, RandomizationResult},
-        },
-    },
-    http::{
-        layers::{body::Payload, compute::read_json},
-        state::AppState,
-    },
+use super::prelude::*;
+use crate::api::studies::{
+    request::RandomizationRequest,
+    result::{self, RandomizationResult},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -30,8 +18,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/studies/randomization", operation_id = "study_randomization", tag = "studies",
     request_body(content = RandomizationRequest, description = "The matrix to randomise, and the levels."),
-    responses((status = 200, description = "Medians and quartiles by level, and the references.",
-        body = RandomizationResult))
+    responses(
+        (status = 200, description = "Medians and quartiles by level, and the references.", body = RandomizationResult)
+    )
 )]
 async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let answer = read_json(&state, payload, |text| result::answer(text)?.to_json().map_err(Problem::internal)).await?;

@@ -1,13 +1,9 @@
 //! `/v1/surfaces`: surfaces through or near nodes and borders, evaluated, and as files of CAD and
 //! FE systems; nothing is stored.
 
-use axum::{extract::State, response::Response};
-use utoipa_axum::{router::OpenApiRouter, routes};
-
-use super::fits::{json, json_held};
+use super::prelude::*;
 use crate::{
     api::{
-        problem::Problem,
         shapes::export::{self, ExportSurfaceBody},
         surfaces::{
             self,
@@ -19,14 +15,7 @@ use crate::{
             values::{EvaluateSurfaceBody, SurfaceValuesBody},
         },
     },
-    http::{
-        layers::{
-            body::Payload,
-            compute::{read_json, read_json_in_room},
-            files::attachment,
-        },
-        state::AppState,
-    },
+    http::layers::compute::read_json_in_room,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -46,8 +35,10 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
     request_body(content = SurfaceRequest, description = "The data of the surface and the method."),
-    responses((status = 200, description = "The surface, everything needed to build it again, and a report.",
-        body = BuiltSurfaceBody))
+    responses(
+        (status = 200, description = "The surface, everything needed to build it again, and a report.",
+            body = BuiltSurfaceBody)
+    )
 )]
 async fn create_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let plans = state.plans.clone();
@@ -104,17 +95,16 @@ async fn sections_of_surface(State(state): State<AppState>, payload: Payload) ->
 #[utoipa::path(
     post, path = "/v1/surfaces/export", operation_id = "export_surface", tag = "surfaces",
     request_body(content = ExportSurfaceBody, description = "A surface and the format of the file."),
-    responses((
-        status = 200, description = "The file.",
-        content(
+    responses(
+        (status = 200, description = "The file.", content(
             (String = "model/step"),
             (String = "model/iges"),
             (String = "model/obj"),
             (String = "model/stl"),
             (String = "text/plain"),
             (String = "text/csv")
-        )
-    ))
+        ))
+    )
 )]
 async fn export_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();

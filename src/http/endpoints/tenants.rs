@@ -1,32 +1,10 @@
 //! `/v1/tenants`: for those who are of no tenant themselves.
 
-use axum::{
-    http::{HeaderValue, header},
-    response::{IntoResponse, Response},
-};
-use utoipa_axum::{router::OpenApiRouter, routes};
-
 use super::keys::first_key_must_be_admin;
+use super::prelude::*;
 use crate::{
-    api::{
-        callers::tenant::{NewTenantBody, TenantBody, TenantPatchBody},
-        json::{value::read_json, writer::text_of},
-        page::PageBody,
-        problem::{Problem, ProblemCode},
-    },
-    http::{
-        caller_state::CallerState,
-        layers::{
-            body::Payload,
-            compute::read_small_json,
-            conditional::{IfMatch, etag, set_etag},
-            extract::{JsonOf, PathOf, QueryOf},
-            idempotency::{IdempotencyKey, idempotent},
-            paging::PageQuery,
-        },
-        state::AppState,
-    },
-    jobs::{Answer, ApiKey, KeyDraft, List, Plant, PlantDraft, Role, Secret, Tenant},
+    api::callers::tenant::{NewTenantBody, TenantBody, TenantPatchBody},
+    jobs::{ApiKey, KeyDraft, Plant, PlantDraft, Role, Secret, Tenant},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -44,20 +22,14 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = NewTenantBody, description = "The tenant's name."),
     responses(
         (status = 201, description = "The tenant with the secret of its first key in `admin_key`. A repeated response \
-            to the same `Idempotency-Key` has no secret.", body = TenantBody, headers(
-            ("Location" = String, description = "Address of the tenant."),
-            ("ETag" = String, description = "Version of the tenant.")
-        )),
+            to the same `Idempotency-Key` has no secret.", body = TenantBody),
         (status = 409, description = "There is a tenant of this name, there is no administrator's key yet, or the \
-            first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            first request with this idempotency key is still running.")
     )
 )]
-async fn create_tenant(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
-    idempotent(state, key, "POST /v1/tenants".to_owned(), payload, |state, payload, key| async move {
-        let limit = state.settings.body_limit;
-        let read = |text: &[u8]| Ok(read_json::<NewTenantBody>(text)?);
-        let body = read_small_json(&state, payload, limit, read).await?;
+async fn create_tenant(post: Post) -> Result<Response, Problem> {
+    post.once(|state, payload, key| async move {
+        let body = read_small::<NewTenantBody>(&state, payload).await?;
         let draft = PlantDraft::try_from(body).map_err(Problem::invalid)?;
         if state.callers.await_first_key().await? {
             return Err(first_key_must_be_admin());
@@ -77,12 +49,11 @@ fn first_key() -> KeyDraft {
 
 fn created(made: &(Plant, ApiKey), secret: Option<&Secret>) -> Answer {
     let (plant, _) = made;
-    Answer {
-        status: 201,
-        location: Some(format!("/v1/tenants/{}", plant.name.as_str())),
-        etag: Some(etag(plant.version)),
-        body: text_of(&TenantBody::created(made, secret)).into_bytes(),
-    }
+    Answer::created(
+        format!("/v1/tenants/{}", plant.name.as_str()),
+        etag(plant.version),
+        text_of(&TenantBody::created(made, secret)).into_bytes(),
+    )
 }
 
 /// List tenants
@@ -107,9 +78,7 @@ async fn list_tenants(
 /// The header `ETag` has its version, for a conditional `PATCH`.
 #[utoipa::path(
     get, path = "/v1/tenants/{tenant}", operation_id = "get_tenant", tag = "tenants",
-    params(("tenant" = String, Path)),
-    responses((status = 200, description = "The tenant.", body = TenantBody,
-        headers(("ETag" = String, description = "Version of the tenant."))))
+    responses((status = 200, description = "The tenant.", body = TenantBody))
 )]
 async fn get_tenant(state: CallerState, PathOf(name): PathOf<String>) -> Result<Response, Problem> {
     Ok(present(&state.tenant_keys().plant(named(&name)?).await?))
@@ -121,17 +90,9 @@ async fn get_tenant(state: CallerState, PathOf(name): PathOf<String>) -> Result<
 /// the tenant can be resumed. (Keys in the server's settings are not affected.)
 #[utoipa::path(
     patch, path = "/v1/tenants/{tenant}", operation_id = "update_tenant", tag = "tenants",
-    params(
-        ("tenant" = String, Path),
-        ("If-Match" = Option<String>, Header, description = "Only if the tenant is still at this ETag.")
-    ),
+    params(IfMatch),
     request_body(content = TenantPatchBody, description = "The fields to change."),
-    responses(
-        (status = 200, description = "The tenant after the change.", body = TenantBody,
-            headers(("ETag" = String, description = "Version of the tenant."))),
-        (status = 412, description = "The tenant has changed meanwhile.", body = Problem,
-            content_type = "application/problem+json")
-    )
+    responses((status = 200, description = "The tenant after the change.", body = TenantBody))
 )]
 async fn update_tenant(
     state: CallerState,

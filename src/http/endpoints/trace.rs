@@ -1,20 +1,7 @@
 //! `GET /v1/jobs/{job_id}/trace`: the whole story of a job.
 
-use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
-
-use crate::{
-    api::{jobs::trace::TraceBody, problem::Problem},
-    http::{
-        caller_state::CallerState,
-        layers::{
-            extract::{PathOf, QueryOf},
-            paging::PageQuery,
-        },
-        state::AppState,
-    },
-    jobs::List,
-};
+use super::prelude::*;
+use crate::api::jobs::trace::TraceBody;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_trace))
@@ -27,11 +14,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// iteration has its last hundred entries; `earlier` counts the others.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/trace", operation_id = "get_trace", tag = "iterations",
-    params(("job_id" = Uuid, Path), PageQuery),
-    responses(
-        (status = 200, description = "The job with a page of its iterations, by number.",
-            body = TraceBody)
-    )
+    params(PageQuery),
+    responses((status = 200, description = "The job with a page of its iterations, by number.", body = TraceBody))
 )]
 async fn get_trace(
     state: CallerState,

@@ -104,6 +104,14 @@ pub async fn read_small_json<T: Send + 'static>(
     state.pool.run(move || read(&payload.into_json(limit)?)).await?
 }
 
+/// Reads a JSON body with which nothing long is done, as long as any body may be.
+pub async fn read_small<T: DeserializeOwned + ToSchema + Send + 'static>(
+    state: &AppState,
+    payload: Payload,
+) -> Result<T, Problem> {
+    read_small_json(state, payload, state.settings.body_limit, |text| Ok(value::read_json(text)?)).await
+}
+
 /// Reads a small JSON body that may be left out, on the pool.
 pub async fn read_optional_json<T>(state: &AppState, payload: Payload) -> Result<T, Problem>
 where

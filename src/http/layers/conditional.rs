@@ -10,6 +10,7 @@ use axum::{
 };
 
 use sha2::{Digest, Sha256};
+use utoipa::IntoParams;
 
 use crate::{
     api::problem::Problem,
@@ -50,7 +51,13 @@ pub fn content_tag(bytes: &[u8]) -> Option<HeaderValue> {
 ///
 /// `*` and no header ask for nothing (a resource that does not exist is a 404 anyway). Weak tags
 /// and tags that were never given match no version, so they lead to a 412.
-pub struct IfMatch(pub Precondition);
+#[derive(IntoParams)]
+#[into_params(names("If-Match"), parameter_in = Header)]
+pub struct IfMatch(
+    /// Only if the resource is still at this ETag.
+    #[param(value_type = Option<String>)]
+    pub Precondition,
+);
 
 impl FromRequestParts<AppState> for IfMatch {
     type Rejection = Problem;

@@ -7,7 +7,8 @@
 use std::sync::Arc;
 
 use axum::{
-    extract::FromRequestParts,
+    RequestExt as _,
+    extract::{FromRequest, FromRequestParts, Request},
     http::{HeaderName, HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
 };
@@ -82,40 +83,59 @@ impl ClaimedKey {
     }
 }
 
-/// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with
-/// a key whose first request still runs, or was another one, the request is refused.
-pub async fn idempotent<W, F>(
-    state: CallerState,
+/// A POST that stores.
+pub struct Post {
+    pub state: CallerState,
     key: IdempotencyKey,
+    /// Method and path, for which the key is.
     scope: String,
     payload: Payload,
-    work: W,
-) -> Result<Response, Problem>
-where
-    W: FnOnce(CallerState, Payload, Option<ClaimedKey>) -> F,
-    F: Future<Output = Result<Answer, Problem>>,
-{
-    let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
-    let claim = state.keys.claim(state.jobs.tenant(), &key, &scope).ok_or_else(|| {
-        let detail = "The first request with this Idempotency-Key is still running; send it again for its response.";
-        Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
-    })?;
-    if let Some(kept) = state.jobs.answer(key.clone(), scope.clone()).await? {
-        let limit = state.settings.body_limit;
-        let again = state.pool.run(move || multipart::digest(payload, limit)).await??;
-        return replayed(kept, &again);
+}
+
+impl FromRequest<AppState> for Post {
+    type Rejection = Problem;
+
+    async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
+        let caller = request.extract_parts_with_state(state).await?;
+        let key = request.extract_parts_with_state(state).await?;
+        // UUIDs are the same in capitals
+        let scope = format!("{} {}", request.method(), request.uri().path().to_ascii_lowercase());
+        Ok(Post { state: caller, key, scope, payload: request.extract_with_state(state).await? })
     }
-    let (payload, digest) = payload.digested();
-    let claimed = ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim };
-    match work(state.clone(), payload, Some(claimed)).await {
-        // Another server stored the answer to this key while this one worked.
-        Err(problem) if problem.is(ProblemCode::IdempotencyKeyInUse) => {
-            match (state.jobs.answer(key.clone(), scope.clone()).await?, digest.get()) {
-                (Some(kept), Some(own)) => replayed(kept, own),
-                _ => Err(problem),
-            }
+}
+
+impl Post {
+    /// Does the work. With a key whose first answer is kept, that answer is given again; with a key
+    /// whose first request still runs, or was another one, the request is refused.
+    pub async fn once<W, F>(self, work: W) -> Result<Response, Problem>
+    where
+        W: FnOnce(CallerState, Payload, Option<ClaimedKey>) -> F,
+        F: Future<Output = Result<Answer, Problem>>,
+    {
+        let Post { state, key, scope, payload } = self;
+        let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
+        let claim = state.keys.claim(state.jobs.tenant(), &key, &scope).ok_or_else(|| {
+            let detail =
+                "The first request with this Idempotency-Key is still running; send it again for its response.";
+            Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
+        })?;
+        if let Some(kept) = state.jobs.answer(key.clone(), scope.clone()).await? {
+            let limit = state.settings.body_limit;
+            let again = state.pool.run(move || multipart::digest(payload, limit)).await??;
+            return replayed(kept, &again);
         }
-        outcome => outcome.map(respond),
+        let (payload, digest) = payload.digested();
+        let claimed = ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim };
+        match work(state.clone(), payload, Some(claimed)).await {
+            // Another server stored the answer to this key while this one worked.
+            Err(problem) if problem.is(ProblemCode::IdempotencyKeyInUse) => {
+                match (state.jobs.answer(key.clone(), scope.clone()).await?, digest.get()) {
+                    (Some(kept), Some(own)) => replayed(kept, own),
+                    _ => Err(problem),
+                }
+            }
+            outcome => outcome.map(respond),
+        }
     }
 }
 

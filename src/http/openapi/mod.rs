@@ -20,13 +20,14 @@ use serde_json::ser::{PrettyFormatter, Serializer};
 use utoipa::{
     Modify, OpenApi,
     openapi::{
-        HeaderBuilder, ObjectBuilder, OpenApi as Document, RefOr,
+        Header, HeaderBuilder, ObjectBuilder, OpenApi as Document, RefOr, Required,
         example::ExampleBuilder,
-        path::{Operation, Parameter, PathItem},
+        path::{Operation, Parameter, ParameterBuilder, ParameterIn, PathItem},
         schema::Type,
         security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
         server::ServerBuilder,
     },
+    schema,
 };
 
 use super::router;
@@ -99,7 +100,10 @@ impl Modify for Complete {
     fn modify(&self, document: &mut Document) {
         let forms = forms::parts(document);
         for (path, item) in &mut document.paths.paths {
+            let is_versioned = operations(item).any(|operation| refusals::has_parameter(operation, "If-Match"));
             for operation in operations(item) {
+                name_segments(path, operation);
+                name_version(operation, is_versioned);
                 refusals::declare(path, operation);
                 if path.starts_with("/v1/") {
                     operation.security = Some(vec![
@@ -112,11 +116,8 @@ impl Modify for Complete {
                 }
                 // A parameter that is not given is left out, too.
                 for parameter in operation.parameters.iter_mut().flatten() {
-                    if let RefOr::T(Parameter { schema, name, description, .. }) = parameter {
+                    if let RefOr::T(Parameter { schema, .. }) = parameter {
                         schema.iter_mut().for_each(not_nullable);
-                        if description.is_none() {
-                            *description = segment(name).map(str::to_owned);
-                        }
                     }
                 }
                 for response in operation.responses.responses.values_mut() {
@@ -125,7 +126,7 @@ impl Modify for Complete {
                     }
                 }
                 replayed(operation);
-                refusals::show_examples(operation);
+                refusals::have_problems(operation);
                 optional_body(operation);
                 examples(operation);
                 forms::declare_media_types(operation, &forms);
@@ -152,6 +153,25 @@ fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
     [&mut item.get, &mut item.put, &mut item.post, &mut item.delete, &mut item.patch].into_iter().flatten()
 }
 
+/// Adds the parameters that a path holds, before the others.
+fn name_segments(path: &str, operation: &mut Operation) {
+    let segments = path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
+    for (place, name) in segments.enumerate() {
+        let schema = match name {
+            "number" => schema!(u32),
+            "key_id" | "tenant" => schema!(String),
+            _ => schema!(Uuid),
+        };
+        let segment = ParameterBuilder::new()
+            .name(name)
+            .parameter_in(ParameterIn::Path)
+            .description(segment(name))
+            .required(Required::True)
+            .schema(Some(schema));
+        operation.parameters.get_or_insert_default().insert(place, segment.build().into());
+    }
+}
+
 /// Returns the description of a segment of a path.
 fn segment(name: &str) -> Option<&'static str> {
     Some(match name {
@@ -166,6 +186,30 @@ fn segment(name: &str) -> Option<&'static str> {
     })
 }
 
+/// Adds the headers of something new, and of something whose version is known.
+fn name_version(operation: &mut Operation, is_versioned: bool) {
+    for (status, response) in &mut operation.responses.responses {
+        let RefOr::T(response) = response else { continue };
+        let mut add = |name: &str, description: &str| {
+            response.headers.entry(name.into()).or_insert_with(|| text_header(description));
+        };
+        match status.as_str() {
+            "201" => {
+                add("Location", "Address of the new resource.");
+                add("ETag", "Version of the resource.");
+            }
+            "200" if is_versioned => add("ETag", "Version of the resource."),
+            _ => {}
+        }
+    }
+}
+
+/// A header of a response with a text.
+fn text_header(description: &str) -> RefOr<Header> {
+    let text = ObjectBuilder::new().schema_type(Type::String);
+    HeaderBuilder::new().schema(Some(text)).description(Some(description)).build().into()
+}
+
 /// Answers that may be given again say so.
 fn replayed(operation: &mut Operation) {
     if !refusals::has_parameter(operation, "Idempotency-Key") {
@@ -173,12 +217,8 @@ fn replayed(operation: &mut Operation) {
     }
     for (_, response) in operation.responses.responses.iter_mut().filter(|(status, _)| status.starts_with('2')) {
         if let RefOr::T(response) = response {
-            let text = ObjectBuilder::new().schema_type(Type::String);
-            let header = HeaderBuilder::new()
-                .schema(Some(text))
-                .description(Some("`true` if this is the repeated first response to the same key."))
-                .build();
-            response.headers.insert("Idempotency-Replayed".into(), header.into());
+            let header = text_header("`true` if this is the repeated first response to the same key.");
+            response.headers.insert("Idempotency-Replayed".into(), header);
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::api::contract;
 
 /// Names, statuses and descriptions of the responses that many operations share
 /// (`components/responses`).
-const SHARED: [(&str, &str, &str); 17] = [
+const SHARED: [(&str, &str, &str); 18] = [
     ("Unreadable", "400", "The body or its compression cannot be read; `detail` has the place."),
     ("Unauthorized", "401", "No API key or token was sent, or one that cannot be used."),
     (
@@ -23,6 +23,7 @@ const SHARED: [(&str, &str, &str); 17] = [
     ("BodyTimeout", "408", "The body did not arrive in time."),
     ("KeyInUse", "409", "The first request with this idempotency key is still running."),
     ("Purged", "410", "The job was purged; `detail` has time and reason."),
+    ("Changed", "412", "The resource has changed meanwhile."),
     ("BodyTooLarge", "413", "The body is too large (counted after decompression)."),
     ("UnsupportedMediaType", "415", "The media type or the compression is not supported."),
     ("Misdirected", "421", "The header `Host` names a host that this server does not serve."),
@@ -42,7 +43,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
     let body = operation.request_body.is_some();
     let good = operation.responses.responses.iter().filter(|(status, _)| status.starts_with('2'));
     let represented = good.into_iter().any(|(_, r)| matches!(r, RefOr::T(response) if !response.content.is_empty()));
-    let purged = holds_what_is_purged(path, operation);
+    let (purged, conditional) = (holds_what_is_purged(path, operation), has_parameter(operation, "If-Match"));
     let may_be = |name: &str| match name {
         "Unreadable" | "BodyTimeout" | "BodyTooLarge" | "UnsupportedMediaType" | "Invalid" => versioned && body,
         "Unauthorized" | "Forbidden" | "TooManyRequests" => versioned,
@@ -50,6 +51,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
         "NotAcceptable" => represented,
         "KeyInUse" => keyed,
         "Purged" => purged,
+        "Changed" => conditional,
         "InvalidPage" => listed,
         _ => true,
     };
@@ -62,9 +64,8 @@ pub fn declare(path: &str, operation: &mut Operation) {
 /// Returns the shared responses by their names.
 pub fn shared() -> impl Iterator<Item = (String, RefOr<Response>)> {
     SHARED.into_iter().map(|(name, status, description)| {
-        let mut content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
-        content.example = contract::problem_example(status);
-        let mut response = ResponseBuilder::new().description(description).content("application/problem+json", content);
+        let response = ResponseBuilder::new().description(description);
+        let mut response = response.content("application/problem+json", problem(status));
         if matches!(status, "429" | "503") {
             let seconds = ObjectBuilder::new().schema_type(Type::Integer);
             let header = HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait.")).build();
@@ -78,12 +79,8 @@ pub fn shared() -> impl Iterator<Item = (String, RefOr<Response>)> {
 
 /// Adds the header with the id of the request.
 pub fn request_id(response: &mut Response) {
-    let text = ObjectBuilder::new().schema_type(Type::String);
-    let header = HeaderBuilder::new()
-        .schema(Some(text))
-        .description(Some("Id of the request: the caller's own, or a new UUIDv7."))
-        .build();
-    response.headers.insert("x-request-id".into(), header.into());
+    let header = super::text_header("Id of the request: the caller's own, or a new UUIDv7.");
+    response.headers.insert("x-request-id".into(), header);
 }
 
 /// Whether an operation needs what a purge takes away, or writes to a job.
@@ -107,14 +104,19 @@ pub fn has_parameter(operation: &Operation, name: &str) -> bool {
     operation.parameters.iter().flatten().any(is_it)
 }
 
-/// Shows under each status a problem of that status.
-pub fn show_examples(operation: &mut Operation) {
+/// Declares that a refusal of a handler has a problem of its status as its body.
+pub fn have_problems(operation: &mut Operation) {
     for (status, response) in &mut operation.responses.responses {
         if let RefOr::T(response) = response
-            && let Some(RefOr::T(content)) = response.content.get_mut("application/problem+json")
-            && content.example.is_none()
+            && status.starts_with(['4', '5'])
         {
-            content.example = contract::problem_example(status);
+            response.content.insert("application/problem+json".into(), problem(status).into());
         }
     }
+}
+
+fn problem(status: &str) -> Content {
+    let mut content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
+    content.example = contract::problem_example(status);
+    content
 }
