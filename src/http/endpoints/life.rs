@@ -4,7 +4,10 @@ use std::io;
 
 use axum::body::Body;
 use futures_util::{StreamExt, stream};
-use tokio::{sync::mpsc, time::timeout};
+use tokio::{
+    sync::mpsc,
+    time::{Instant, timeout, timeout_at},
+};
 
 use super::prelude::*;
 use crate::{
@@ -15,6 +18,8 @@ use crate::{
 
 /// Pieces of lines that wait for the client.
 const PIECES: usize = 8;
+/// Bytes a second that a client takes at least, on average.
+const SLOWEST: f64 = 65_536.0;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(archive_job)).routes(routes!(purge_job))
@@ -45,8 +50,13 @@ async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Re
     })?;
     let (pieces, taken) = mpsc::channel(PIECES);
     let (jobs, patience) = (state.jobs.clone(), state.settings.write_timeout());
+    let mut end = Instant::now() + patience;
     tokio::spawn(async move {
-        let written = jobs.archive(place, job, |line| send(&pieces, line.into(), patience)).await;
+        let write = |line: String| {
+            end += Duration::from_secs_f64(line.len() as f64 / SLOWEST);
+            send(&pieces, line.into(), patience, end)
+        };
+        let written = jobs.archive(place, job, write).await;
         match written {
             Ok(()) => drop(timeout(patience, pieces.send(None)).await),
             Err(error) => tracing::warn!(%job, %error, "an archive was not sent to its end"),
@@ -71,12 +81,12 @@ async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Re
     Ok(response)
 }
 
-/// Sends a line piece by piece. A client that takes too long for one holds a connection to the
-/// database no longer.
-async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Duration) -> io::Result<()> {
+/// Sends a line piece by piece. A client that takes too long for one, or for all up to now, holds
+/// a place and a connection to the database no longer.
+async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Duration, end: Instant) -> io::Result<()> {
     while !line.is_empty() {
         let piece = line.split_to(line.len().min(PIECE));
-        let sent = timeout(patience, to.send(Some(piece))).await;
+        let sent = timeout_at(end.min(Instant::now() + patience), to.send(Some(piece))).await;
         sent.map_err(|_| io::ErrorKind::TimedOut)?.map_err(|_| io::ErrorKind::BrokenPipe)?;
     }
     Ok(())
@@ -119,10 +129,14 @@ mod tests {
     async fn a_client_that_takes_nothing_is_not_waited_for() {
         let (pieces, mut taken) = mpsc::channel(1);
         let line = Bytes::from(vec![b'x'; PIECE + 1]);
-        let sent = send(&pieces, line.clone(), Duration::from_millis(20)).await;
+        let (soon, late) = (Duration::from_millis(20), Instant::now() + Duration::from_secs(3600));
+        let sent = send(&pieces, line.clone(), soon, late).await;
         assert_eq!(sent.unwrap_err().kind(), io::ErrorKind::TimedOut);
         assert_eq!(taken.recv().await.unwrap().unwrap().len(), PIECE);
+        // nor is one that takes something in time, and all too late
+        let sent = send(&pieces, line.clone(), Duration::from_secs(3600), Instant::now() + soon).await;
+        assert_eq!(sent.unwrap_err().kind(), io::ErrorKind::TimedOut);
         drop(taken);
-        assert_eq!(send(&pieces, line, Duration::MAX).await.unwrap_err().kind(), io::ErrorKind::BrokenPipe);
+        assert_eq!(send(&pieces, line, soon, late).await.unwrap_err().kind(), io::ErrorKind::BrokenPipe);
     }
 }
