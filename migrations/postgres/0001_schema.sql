@@ -42,7 +42,6 @@ CREATE INDEX jobs_by_status ON jobs (tenant, status, changed_at, id);
 CREATE INDEX jobs_by_machine ON jobs (tenant, left(machine, 400), changed_at, id) WHERE machine IS NOT NULL;
 CREATE INDEX jobs_by_part ON jobs (tenant, left(part_number, 400), changed_at, id) WHERE part_number IS NOT NULL;
 CREATE INDEX jobs_by_class ON jobs (tenant, class, changed_at, id) WHERE class IS NOT NULL;
-CREATE INDEX jobs_to_purge ON jobs (changed_at) WHERE purged_at IS NULL;
 
 -- The texts once more, so that a change of a job that leaves its text as it is leaves this index alone.
 CREATE TABLE job_texts (
@@ -128,7 +127,6 @@ CREATE TABLE fits (
     prior                 bytea,
     result                bytea       NOT NULL,
     PRIMARY KEY (job, number, position),
-    UNIQUE (job, number, id),
     FOREIGN KEY (job, number) REFERENCES iterations (job, number)
 );
 

@@ -32,7 +32,6 @@ CREATE INDEX jobs_by_status ON jobs (tenant, status, changed_at, id);
 CREATE INDEX jobs_by_machine ON jobs (tenant, machine, changed_at, id) WHERE machine NOTNULL;
 CREATE INDEX jobs_by_part ON jobs (tenant, part_number, changed_at, id) WHERE part_number NOTNULL;
 CREATE INDEX jobs_by_class ON jobs (tenant, class, changed_at, id) WHERE class NOTNULL;
-CREATE INDEX jobs_to_purge ON jobs (changed_at) WHERE purged_at IS NULL;
 
 -- Three letters at a time of jobs.folded, with a line end behind it, so that each letter of a text begins three. Without content: what
 -- is found is compared with jobs.folded. Deleted entries leave nothing in the file.
@@ -90,7 +89,6 @@ CREATE TABLE fits (
     prior                 BLOB,
     result                BLOB    NOT NULL,
     PRIMARY KEY (job, number, position),
-    UNIQUE (job, number, id),
     FOREIGN KEY (job, number) REFERENCES iterations (job, number)
 ) STRICT;
 
