@@ -1,5 +1,9 @@
 //! A group of writes inside one transaction.
 
+use std::panic::AssertUnwindSafe;
+
+use futures_util::FutureExt as _;
+
 use super::{
     error::StoreError,
     incoming::Incoming,
@@ -9,8 +13,14 @@ use super::{
     writes::InsertIteration,
 };
 
-/// Runs each write of a group, and all its iterations together; notes the outcome of each.
+/// Runs each write of a group, and all its iterations together; notes the outcome of each. A write
+/// that panics is refused, and the others are tried without it.
 pub async fn run_group(session: &mut Session, group: &mut [Box<dyn Queued>]) -> Result<(), sqlx::Error> {
+    let panicked = |_| Err(sqlx::Error::InvalidArgument("a write panicked".into()));
+    AssertUnwindSafe(run_each(session, group)).catch_unwind().await.unwrap_or_else(panicked)
+}
+
+async fn run_each(session: &mut Session, group: &mut [Box<dyn Queued>]) -> Result<(), sqlx::Error> {
     let mut iterations = Vec::new();
     for write in group {
         match write.iteration().is_some() {

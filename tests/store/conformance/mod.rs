@@ -190,6 +190,7 @@ conformance! {
             a_full_queue_refuses_only_the_excess;
         writers:
             three_hundred_writers_leave_no_gaps,
+            a_write_that_panics_is_refused_alone,
             versions_and_events_count_every_change_once,
             one_request_that_the_store_refuses_does_not_take_others_along,
             a_dropped_request_is_stored,

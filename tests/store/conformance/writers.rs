@@ -3,7 +3,8 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use flankfit::jobs::{
-    Choice, Decision, DecisionEvent, Event, JobPatch, Precondition, RepositoryError, RepositoryFuture, Resource, Stored,
+    Choice, Decision, DecisionEvent, Event, JobPatch, Precondition, Receipt, RecordKind, RepositoryError,
+    RepositoryFuture, Resource, Stored,
 };
 use futures_util::future::join_all;
 use tokio::task::JoinSet;
@@ -40,6 +41,32 @@ pub async fn three_hundred_writers_leave_no_gaps(pair: &mut Pair) {
         assert!(events.iter().map(|event| event.number).eq(1..=100));
         assert_eq!(store.last_event(*job).await.unwrap(), 100);
     }
+}
+
+/// The writer goes on, and what shares a transaction with it is stored.
+pub async fn a_write_that_panics_is_refused_alone(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    let keyed = |panics: bool| {
+        let receipt = receipt("panics", "POST /there");
+        let answer = receipt.answer;
+        Receipt {
+            answer: Box::new(move |stored| if panics { panic!("on purpose") } else { answer(stored) }),
+            ..receipt
+        }
+    };
+    for _ in 0..2 {
+        let panicking = store.insert_iteration(place.iteration(job), Some(keyed(true)));
+        let others = join_all((0..20).map(|_| store.insert_iteration(place.iteration(job), None)));
+        let (refused, others) = tokio::join!(panicking, others);
+        assert!(matches!(refused, Err(RepositoryError::Failed(_))), "{refused:?}");
+        assert!(others.iter().all(Result::is_ok), "{others:?}");
+        let record = place.record(RecordKind::Curve, "polynomial");
+        let refused = store.insert_record(job, 1, record.clone(), Some(keyed(true))).await;
+        assert!(matches!(refused, Err(RepositoryError::Failed(_))), "{refused:?}");
+    }
+    let stored = store.insert_iteration(place.iteration(job), Some(keyed(false))).await.unwrap();
+    assert_eq!((stored.number, store.last_event(job).await.unwrap()), (41, 41));
 }
 
 /// Fits, choices and decisions of one iteration: each moves its version on by one, and each is one
