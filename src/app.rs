@@ -6,22 +6,21 @@ use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
 use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
-use seals::{SealError, SealKeeper};
+use seals::SealKeeper;
 
 use crate::{
-    config::{MigrateMode, PostgresArguments, ServeSettings},
+    config::{MigrateMode, PostgresArguments, ServeSettings, StartError},
     http::{
         self, AppState,
-        dashboard::files::{Files, MissingFiles},
+        dashboard::files::Files,
         layers::rates,
-        server::{self, Service, Tls, TlsError},
+        server::{self, Service, Tls},
     },
     jobs::{JobService, OrderedIds, Store, SystemClock, archive::Holdings, audit::Auditor},
     oidc::Tokens,
-    outgoing::OutgoingError,
     store::{
-        Migrate, OpenError, PostgresError, PostgresSettings, StoreSettings, open_postgres, open_sqlite,
-        postgres_auditor, postgres_holdings, sqlite_auditor, sqlite_holdings,
+        Migrate, PostgresError, PostgresSettings, StoreSettings, open_postgres, open_sqlite, postgres_auditor,
+        postgres_holdings, sqlite_auditor, sqlite_holdings,
     },
     telemetry,
 };
@@ -50,31 +49,6 @@ pub struct App {
     seals: Arc<SealKeeper>,
 }
 
-/// Why the server did not start.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    #[error("{address} is taken by another program; choose another with {setting}")]
-    AddressTaken { address: SocketAddr, setting: &'static str },
-    #[error("cannot listen on {address}: {source}")]
-    Listen { address: SocketAddr, source: io::Error },
-    #[error(transparent)]
-    Tls(#[from] TlsError),
-    #[error("--bind and --ops-bind are both {0}; give the listener for operation a port of its own")]
-    SameAddress(SocketAddr),
-    #[error(transparent)]
-    Store(#[from] OpenError),
-    #[error(transparent)]
-    Postgres(#[from] PostgresError),
-    #[error(transparent)]
-    Dashboard(#[from] MissingFiles),
-    #[error(transparent)]
-    Seals(#[from] SealError),
-    #[error("--oidc-ca: {0}")]
-    Provider(#[from] OutgoingError),
-    #[error(transparent)]
-    State(#[from] http::StateError),
-}
-
 impl App {
     /// Binds the address and opens what the handlers need.
     pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
@@ -82,7 +56,11 @@ impl App {
         let tls = Tls::load(&settings.tls, Arc::new(SystemClock))?;
         let listener = bind(settings.bind, "--bind or FLANKFIT_BIND").await?;
         if settings.ops_bind.is_some_and(|address| address == settings.bind && address.port() != 0) {
-            return Err(StartError::SameAddress(settings.bind));
+            let address = settings.bind;
+            return Err(format!(
+                "--bind and --ops-bind are both {address}; give the listener for operation a port of its own"
+            )
+            .into());
         }
         let operation = match settings.ops_bind {
             Some(address) => Some(bind(address, "--ops-bind or FLANKFIT_OPS_BIND").await?),
@@ -91,7 +69,8 @@ impl App {
         let ids = Arc::new(OrderedIds::new());
         let store = open_store(&settings, ids.clone()).await?;
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), ids);
-        let tokens = Tokens::of(&settings.oidc, Arc::new(SystemClock))?;
+        let tokens =
+            Tokens::of(&settings.oidc, Arc::new(SystemClock)).map_err(|error| format!("--oidc-ca: {error}"))?;
         let state = AppState::new(settings, jobs, tokens).await?;
         state.dashboard.as_ref().map_or(Ok(()), Files::check)?;
         warn_if_open(&state);
@@ -240,8 +219,10 @@ pub fn postgres_settings(url: &str, arguments: &PostgresArguments) -> Result<Pos
 
 async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener, StartError> {
     TcpListener::bind(address).await.map_err(|source| match source.kind() {
-        io::ErrorKind::AddrInUse => StartError::AddressTaken { address, setting },
-        _ => StartError::Listen { address, source },
+        io::ErrorKind::AddrInUse => {
+            format!("{address} is taken by another program; choose another with {setting}").into()
+        }
+        _ => format!("cannot listen on {address}: {source}").into(),
     })
 }
 

@@ -1,6 +1,6 @@
 //! Requests that the server itself makes of others: by TLS with aws-lc-rs, within limits of time.
 
-use std::{fs, io, net::IpAddr, path::PathBuf, sync::Arc, time::Duration};
+use std::{fs, net::IpAddr, path::PathBuf, sync::Arc, time::Duration};
 
 use tokio_rustls::rustls::crypto::aws_lc_rs::default_provider;
 use ureq::{
@@ -9,21 +9,14 @@ use ureq::{
     tls::{PemItem, RootCerts, TlsConfig, TlsProvider, parse_pem},
 };
 
+use crate::config::StartError;
+
 /// How long a connection may take to be there.
 const CONNECT: Duration = Duration::from_secs(5);
 
-/// Why no requests can be made.
-#[derive(Debug, thiserror::Error)]
-pub enum OutgoingError {
-    #[error("cannot read {file}: {source}")]
-    Read { file: PathBuf, source: io::Error },
-    #[error("{file} holds no certificate in PEM form (`-----BEGIN CERTIFICATE-----`)")]
-    NoCertificate { file: PathBuf },
-}
-
 /// An agent for requests to `url` that end within `limit`. Servers are believed by the authorities
 /// of `file`; without one by those that browsers believe.
-pub fn agent(url: &str, limit: Duration, file: Option<PathBuf>) -> Result<Agent, OutgoingError> {
+pub fn agent(url: &str, limit: Duration, file: Option<PathBuf>) -> Result<Agent, StartError> {
     let tls = TlsConfig::builder()
         .provider(TlsProvider::Rustls)
         .unversioned_rustls_crypto_provider(Arc::new(default_provider()))
@@ -50,10 +43,10 @@ pub fn is_here(url: &str) -> bool {
     host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
 }
 
-fn authorities(file: PathBuf) -> Result<RootCerts, OutgoingError> {
+fn authorities(file: PathBuf) -> Result<RootCerts, StartError> {
     let text = match fs::read(&file) {
         Ok(text) => text,
-        Err(source) => return Err(OutgoingError::Read { file, source }),
+        Err(source) => return Err(format!("cannot read {}: {source}", file.display()).into()),
     };
     let certificates: Vec<_> = parse_pem(&text)
         .filter_map(|item| match item {
@@ -62,7 +55,8 @@ fn authorities(file: PathBuf) -> Result<RootCerts, OutgoingError> {
         })
         .collect();
     if certificates.is_empty() {
-        return Err(OutgoingError::NoCertificate { file });
+        let file = file.display();
+        return Err(format!("{file} holds no certificate in PEM form (`-----BEGIN CERTIFICATE-----`)").into());
     }
     Ok(RootCerts::Specific(Arc::new(certificates)))
 }
@@ -79,17 +73,5 @@ mod tests {
         for there in ["https://id.example", "http://127.0.0.1.example/", "http://localhost.example", "", "127.0.0.1"] {
             assert!(!is_here(there), "{there}");
         }
-    }
-
-    #[test]
-    fn authorities_are_read_from_a_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("ca.pem");
-        let agent = |file: &std::path::Path| agent("https://id.example", CONNECT, Some(file.into()));
-        assert!(agent(&file).unwrap_err().to_string().starts_with("cannot read"));
-        fs::write(&file, "nothing").unwrap();
-        assert!(agent(&file).unwrap_err().to_string().contains("holds no certificate"));
-        fs::write(&file, rcgen::generate_simple_self_signed(["id.example".to_owned()]).unwrap().cert.pem()).unwrap();
-        assert!(agent(&file).is_ok());
     }
 }

@@ -13,7 +13,7 @@ use tokio_rustls::rustls::pki_types::{PrivatePkcs8KeyDer, pem::PemObject};
 
 use crate::{
     api::jobs::{audit::SealBody, seals::line},
-    config::AuditSettings,
+    config::{AuditSettings, StartError},
     jobs::{
         JobService,
         audit::{Seal, SigningKey},
@@ -30,17 +30,6 @@ const BUSY: Duration = Duration::from_secs(1);
 /// Bytes of seals in memory, above which no more are made until their file can be written.
 const MOST_UNWRITTEN: usize = 1 << 20;
 
-/// Why seals cannot be made as they are wanted.
-#[derive(Debug, thiserror::Error)]
-pub enum SealError {
-    #[error("{file} holds no private key in PEM form (`-----BEGIN PRIVATE KEY-----`) that can be read: {reason}")]
-    NoKey { file: PathBuf, reason: String },
-    #[error("the key in {file} is none of Ed25519; make one with `openssl genpkey -algorithm ed25519`")]
-    OtherKey { file: PathBuf },
-    #[error("seals cannot be appended to {file}: {source}")]
-    File { file: PathBuf, source: io::Error },
-}
-
 /// Makes seals.
 pub struct SealKeeper {
     key: Option<Arc<SigningKey>>,
@@ -52,11 +41,11 @@ pub struct SealKeeper {
 
 impl SealKeeper {
     /// Reads the key, and makes the file if it is not there.
-    pub fn load(settings: &AuditSettings) -> Result<Self, SealError> {
+    pub fn load(settings: &AuditSettings) -> Result<Self, StartError> {
         let key = settings.audit_signing_key.as_deref().map(signing_key).transpose()?;
         let file = settings.audit_seal_file.clone();
         if let Some(file) = &file {
-            open(file).map_err(|source| SealError::File { file: file.clone(), source })?;
+            open(file).map_err(|source| format!("seals cannot be appended to {}: {source}", file.display()))?;
         }
         let every = Duration::from_secs(settings.audit_seal_seconds.into());
         Ok(SealKeeper { key: key.map(Arc::new), file, every, sealed: Mutex::new(Instant::now()) })
@@ -122,11 +111,10 @@ impl SealKeeper {
         unwritten.is_empty()
     }
 
-    async fn report_age(&self) {
-        telemetry::record_seal_interval(self.every);
+    async fn tell_age(&self) {
+        metrics::gauge!(telemetry::AUDIT_SEAL_INTERVAL).set(self.every.as_secs_f64());
         loop {
-            let age = self.sealed().elapsed();
-            telemetry::record_seal_age(age);
+            metrics::gauge!(telemetry::AUDIT_SEAL_AGE).set(self.sealed().elapsed().as_secs_f64());
             tokio::time::sleep(TELL.min(self.every)).await;
         }
     }
@@ -136,10 +124,16 @@ impl SealKeeper {
     }
 }
 
-fn signing_key(file: &Path) -> Result<SigningKey, SealError> {
-    let document = PrivatePkcs8KeyDer::from_pem_file(file)
-        .map_err(|error| SealError::NoKey { file: file.to_owned(), reason: error.to_string() })?;
-    SigningKey::from_pkcs8(document.secret_pkcs8_der()).ok_or_else(|| SealError::OtherKey { file: file.to_owned() })
+const PEM: &str = "-----BEGIN PRIVATE KEY-----";
+
+fn signing_key(file: &Path) -> Result<SigningKey, StartError> {
+    let document = PrivatePkcs8KeyDer::from_pem_file(file).map_err(|error| {
+        format!("{} holds no private key in PEM form (`{PEM}`) that can be read: {error}", file.display())
+    })?;
+    SigningKey::from_pkcs8(document.secret_pkcs8_der()).ok_or_else(|| {
+        let file = file.display();
+        format!("the key in {file} is none of Ed25519; make one with `openssl genpkey -algorithm ed25519`").into()
+    })
 }
 
 fn log(seal: &Seal) {

@@ -29,7 +29,10 @@ pub use oidc::OidcSettings;
 pub use origin::{Origin, Origins, parse_origins};
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
-pub use traces::{EndpointError, HeadersError, TraceSettings};
+pub use traces::TraceSettings;
+
+/// Why something does not start, for a person to read.
+pub type StartError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Format of log lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

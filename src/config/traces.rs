@@ -26,41 +26,33 @@ pub struct TraceSettings {
     pub otlp_headers: Option<String>,
 }
 
-/// Error in a collector's URL. The URL is not repeated, since it may contain a password.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum EndpointError {
-    #[error("write a URL without query, fragment and user; headers go into --otlp-headers")]
-    More,
-    #[error("write a URL such as http://collector:4318")]
-    NotHttp,
-}
-
-/// Error in the headers. They are not repeated, since they are secrets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("write NAME=VALUE, several separated by commas")]
-pub struct HeadersError;
+/// The headers are not repeated, since they are secrets, nor is the URL, since it may contain a
+/// password.
+const HEADERS: &str = "write NAME=VALUE, several separated by commas";
+const PLAIN: &str = "write a URL without query, fragment and user; headers go into --otlp-headers";
+const URL: &str = "write a URL such as http://collector:4318";
 
 impl TraceSettings {
     /// Headers for the collector; their values are still percent-encoded.
-    pub fn headers(&self) -> Result<HashMap<String, String>, HeadersError> {
+    pub fn headers(&self) -> Result<HashMap<String, String>, &'static str> {
         let all = self.otlp_headers.as_deref().unwrap_or_default().split(',').map(str::trim);
         let read = |header: &str| {
             let (name, value) = header.split_once('=')?;
             (!name.trim().is_empty()).then(|| (name.trim().to_owned(), value.trim().to_owned()))
         };
-        all.filter(|header| !header.is_empty()).map(|header| read(header).ok_or(HeadersError)).collect()
+        all.filter(|header| !header.is_empty()).map(|header| read(header).ok_or(HEADERS)).collect()
     }
 
     /// Returns the address for spans at the collector: its URL, with `path` unless the URL has one.
-    pub fn collector(&self, path: &str) -> Result<Option<String>, EndpointError> {
+    pub fn collector(&self, path: &str) -> Result<Option<String>, &'static str> {
         let Some(url) = self.otlp_endpoint.as_deref() else { return Ok(None) };
         if url.contains(['?', '#', '@']) || url.contains(char::is_whitespace) {
-            return Err(EndpointError::More);
+            return Err(PLAIN);
         }
         let named = url.strip_prefix("http://").or_else(|| url.strip_prefix("https://"));
         let (host, below) = named.map(|named| named.split_once('/').unwrap_or((named, ""))).unwrap_or_default();
         match (host, below) {
-            ("", _) => Err(EndpointError::NotHttp),
+            ("", _) => Err(URL),
             (_, "") => Ok(Some(url.trim_end_matches('/').to_owned() + path)),
             _ => Ok(Some(url.to_owned())),
         }
@@ -71,7 +63,7 @@ impl TraceSettings {
 mod tests {
     use super::*;
 
-    fn collector(url: &str) -> Result<Option<String>, EndpointError> {
+    fn collector(url: &str) -> Result<Option<String>, &'static str> {
         let settings = TraceSettings { otlp_endpoint: Some(url.into()), ..TraceSettings::default() };
         settings.collector("/v1/traces")
     }
@@ -83,7 +75,7 @@ mod tests {
         assert_eq!(headers("x-key=a=b, x-plant = one%20two,"), Ok(HashMap::from(two)));
         assert_eq!(headers(""), Ok(HashMap::new()));
         for wrong in ["x-key", "=secret", "x-key=a,secret"] {
-            assert_eq!(headers(wrong), Err(HeadersError), "{wrong}");
+            assert_eq!(headers(wrong), Err(HEADERS), "{wrong}");
         }
     }
 
@@ -98,10 +90,10 @@ mod tests {
             assert_eq!(collector(url), Ok(Some(at.to_owned())));
         }
         for wrong in ["", "collector:4317", "grpc://collector", "http://", "http:///v1/traces"] {
-            assert_eq!(collector(wrong), Err(EndpointError::NotHttp), "{wrong}");
+            assert_eq!(collector(wrong), Err(URL), "{wrong}");
         }
         for more in ["http://a b", "https://u:p@collector", "https://collector?key=1", "https://collector/#x"] {
-            assert_eq!(collector(more), Err(EndpointError::More), "{more}");
+            assert_eq!(collector(more), Err(PLAIN), "{more}");
         }
     }
 }

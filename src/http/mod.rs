@@ -11,4 +11,4 @@ pub mod state;
 
 pub use endpoints::dashboard;
 pub use router::{operation_router, router};
-pub use state::{AppState, StateError};
+pub use state::AppState;

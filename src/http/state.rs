@@ -6,12 +6,12 @@ use metrics_exporter_prometheus::PrometheusHandle;
 
 use super::shutdown::Shutdown;
 use crate::{
-    config::ServeSettings,
+    config::{ServeSettings, StartError},
     http::{
         endpoints::{dashboard::files::Files, event_pages::EventPages},
         layers::{auth::Callers, rates::Rates, readiness::Readiness},
     },
-    jobs::{JobService, RepositoryError, RunningKeys},
+    jobs::{JobService, RunningKeys},
     oidc::Tokens,
     pool::WorkPool,
     telemetry,
@@ -50,25 +50,18 @@ pub struct Shared {
     pub shutdown: Shutdown,
 }
 
-/// Why the state cannot be created.
-#[derive(Debug, thiserror::Error)]
-pub enum StateError {
-    #[error("cannot start the fit workers: {0}")]
-    Workers(#[from] std::io::Error),
-    #[error("cannot find out whether there are keys: {0}")]
-    Keys(#[from] RepositoryError),
-}
-
 impl AppState {
     pub async fn new(
         settings: ServeSettings,
         jobs: Arc<JobService>,
         tokens: Option<Arc<Tokens>>,
-    ) -> Result<Self, StateError> {
+    ) -> Result<Self, StartError> {
         let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
-        let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
-        let callers = Callers::of(&settings, &jobs, tokens).await?;
+        let pool = WorkPool::new(settings.worker_count(), settings.queue);
+        let pool = pool.map_err(|error| format!("cannot start the fit workers: {error}"))?;
+        let callers = Callers::of(&settings, &jobs, tokens).await;
+        let callers = callers.map_err(|error| format!("cannot find out whether there are keys: {error}"))?;
         let dashboard = settings.dashboard.then(|| Files::of(settings.dashboard_dir.as_deref()));
         Ok(AppState(Arc::new(Shared {
             settings,

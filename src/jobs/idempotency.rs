@@ -118,21 +118,3 @@ impl Drop for KeyClaim {
         self.running.lock().remove(&self.entry);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_key_is_taken_once_by_each_tenant_and_given_back() {
-        let running = RunningKeys::default();
-        let (own, other) = (Tenant::default(), Tenant::named("other").unwrap());
-        let claim = running.claim(&own, "k", "POST /v1/jobs");
-        assert!(claim.is_some());
-        assert!(running.claim(&own, "k", "POST /v1/jobs").is_none());
-        assert!(running.claim(&own, "k", "POST /v1/other").is_some());
-        assert!(running.claim(&other, "k", "POST /v1/jobs").is_some());
-        drop(claim);
-        assert!(running.claim(&own, "k", "POST /v1/jobs").is_some());
-    }
-}

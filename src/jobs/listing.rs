@@ -6,7 +6,10 @@ use flankfit_engine::gear::Side;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::page::{JOBS_BY_CHANGE, JOBS_BY_NAME};
+use super::{
+    page::{JOBS_BY_CHANGE, JOBS_BY_NAME},
+    rows::{of_hex, to_hex},
+};
 use crate::jobs::*;
 
 /// Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
@@ -161,8 +164,7 @@ impl JobPlace {
             }
             JobPlace::Name(place) => {
                 let (name, id) = place.as_ref()?;
-                let name: String = name.bytes().map(|byte| format!("{byte:02x}")).collect();
-                format!("{}{}{name}", JobSort::Name.kind(), id.simple())
+                format!("{}{}{}", JobSort::Name.kind(), id.simple(), to_hex(name.as_bytes()))
             }
             JobPlace::Created(place) => Cursor(*place.as_ref()?).encode(List::Jobs),
         })
@@ -195,12 +197,8 @@ impl JobPlace {
 }
 
 fn text_of_hex(digits: &str) -> Option<String> {
-    let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
-    let bytes = digits.as_bytes();
-    let whole = bytes.len().is_multiple_of(2) && bytes.iter().all(u8::is_ascii_hexdigit);
-    let text = String::from_utf8(bytes.chunks(2).map(byte).collect::<Option<_>>()?).ok()?;
     // a name has no control characters
-    (whole && !text.chars().any(char::is_control)).then_some(text)
+    String::from_utf8(of_hex(digits)?).ok().filter(|text| !text.chars().any(char::is_control))
 }
 
 /// Some jobs, and where to go on.

@@ -20,7 +20,6 @@ mod ambient;
 pub mod archive;
 pub mod audit;
 mod callers;
-pub mod completion;
 mod draft;
 mod encoded_nodes;
 mod encoded_text;

@@ -3,13 +3,16 @@
 use std::sync::Arc;
 
 use jiff::Timestamp;
-use tokio::sync::{Semaphore, watch};
+use tokio::{
+    sync::{Semaphore, watch},
+    task::JoinError,
+};
+use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
     archive::{Holdings, Key},
     audit::{self, Evidence, Sealed, Sealing, SigningKey, Verdict},
-    completion::to_completion,
     known_jobs::KnownJobs,
     streams::StreamCache,
     summary::first_week,
@@ -293,5 +296,16 @@ impl Jobs {
             Ok(written)
         };
         to_completion(writing).await
+    }
+}
+
+/// Finishes what was begun even if whoever waits for it leaves. Nothing is begun before somebody
+/// waits.
+pub(super) async fn to_completion<T: Send + 'static>(rest: impl Future<Output = T> + Send + 'static) -> T {
+    match tokio::spawn(rest.in_current_span()).await.map_err(JoinError::try_into_panic) {
+        Ok(done) => done,
+        Err(Ok(panic)) => std::panic::resume_unwind(panic),
+        // the runtime stops, and with it whoever waits
+        Err(Err(_stopped)) => std::future::pending().await,
     }
 }

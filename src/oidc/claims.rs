@@ -135,41 +135,6 @@ mod tests {
     }
 
     #[test]
-    fn roots_are_of_no_tenant() {
-        let root = holder(json!({"sub": "jd", "role": "root"}), "role", Some("plant")).unwrap();
-        assert!(root.tenant.is_root() && root.role == Some(Role::Root));
-        for claims in [json!({"role": "root", "plant": "plant-7"}), json!({"role": ["root", "admin"]})] {
-            let mut claims = claims;
-            claims["sub"] = "jd".into();
-            assert_eq!(holder(claims.clone(), "role", Some("plant")), Err(TokenError::Role), "{claims}");
-        }
-    }
-
-    #[test]
-    fn incomplete_claims_are_refused() {
-        let of = |claims: Value| holder(claims, "role", Some("plant")).unwrap_err();
-        assert_eq!(of(json!({"sub": "jd", "plant": "a"})), TokenError::Role);
-        assert_eq!(of(json!({"sub": "jd", "plant": "a", "role": "god"})), TokenError::Role);
-        assert_eq!(of(json!({"sub": "jd", "plant": "a", "role": 7})), TokenError::Role);
-        assert_eq!(of(json!({"sub": "jd", "role": "reader"})), TokenError::Tenant);
-        for tenant in [json!("Plant"), json!("@root"), json!(["a"]), json!(null)] {
-            assert_eq!(of(json!({"sub": "jd", "role": "reader", "plant": tenant})), TokenError::Tenant);
-        }
-        for subject in [
-            json!(""),
-            json!(7),
-            json!("a\nb"),
-            json!("x".repeat(256)),
-            json!("a\u{202e}b"),
-            json!("retention"),
-            json!("Anonymous"),
-            json!("key-00ff"),
-        ] {
-            assert_eq!(of(json!({"sub": subject, "role": "reader", "plant": "a"})), TokenError::Claim("sub"));
-        }
-    }
-
-    #[test]
     fn times_are_numbers_of_seconds() {
         let times = |claims: Value| serde_json::from_value::<Claims>(claims).unwrap().times();
         let second = |second| Timestamp::from_second(second).unwrap();

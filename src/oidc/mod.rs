@@ -19,7 +19,10 @@ use jiff::Timestamp;
 use jsonwebtoken::{Algorithm, Validation, decode, decode_header};
 use sha2::{Digest as _, Sha256};
 
-use crate::{config::OidcSettings, jobs::Clock, outgoing::OutgoingError};
+use crate::{
+    config::{OidcSettings, StartError},
+    jobs::Clock,
+};
 use claims::{Claims, Names};
 use key_set::KeyDigest;
 use provider::Provider;
@@ -60,7 +63,7 @@ pub fn is_token(text: &[u8]) -> bool {
 
 impl Tokens {
     /// Tokens of the provider that the settings name; `None` if they name none.
-    pub fn of(settings: &OidcSettings, clock: Arc<dyn Clock>) -> Result<Option<Arc<Self>>, OutgoingError> {
+    pub fn of(settings: &OidcSettings, clock: Arc<dyn Clock>) -> Result<Option<Arc<Self>>, StartError> {
         let Some(issuer) = settings.issuer.clone() else { return Ok(None) };
         Ok(Some(Arc::new(Tokens {
             provider: Provider::of(settings, &issuer)?,

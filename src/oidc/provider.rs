@@ -18,9 +18,8 @@ use super::{
     key_set::{Key, KeyDigest, KeySet},
 };
 use crate::{
-    config::OidcSettings,
-    outgoing::{self, OutgoingError},
-    telemetry,
+    config::{OidcSettings, StartError},
+    outgoing, telemetry,
 };
 
 /// Time between two requests for keys after the provider did not respond.
@@ -79,7 +78,7 @@ impl Requests {
 }
 
 impl Provider {
-    pub fn of(settings: &OidcSettings, issuer: &str) -> Result<Self, OutgoingError> {
+    pub fn of(settings: &OidcSettings, issuer: &str) -> Result<Self, StartError> {
         let keys = settings.jwks_url.clone();
         let agent = outgoing::agent(keys.as_deref().unwrap_or(issuer), PATIENCE, settings.authorities.clone())?;
         let source = Source { issuer: issuer.to_owned(), keys, agent };
@@ -144,7 +143,7 @@ impl Provider {
         let fetched = tokio::task::spawn_blocking(move || span.in_scope(|| source.fetch())).await;
         let fetched = fetched.unwrap_or_else(|lost| Err(lost.to_string()));
         requests.last = Some((Instant::now(), fetched.is_ok()));
-        telemetry::record_identity_provider(fetched.is_ok());
+        metrics::gauge!(telemetry::IDENTITY_PROVIDER_UP).set(f64::from(fetched.is_ok()));
         match fetched {
             Ok(keys) => {
                 let (issuer, count) = (&self.source.issuer, keys.len());

@@ -13,7 +13,7 @@ use std::{
 
 use opentelemetry::{KeyValue, trace::TracerProvider as _};
 use opentelemetry_http::{Bytes, HttpClient, HttpError, Request, Response};
-use opentelemetry_otlp::{ExporterBuildError, Protocol, WithExportConfig as _, WithHttpConfig as _};
+use opentelemetry_otlp::{Protocol, WithExportConfig as _, WithHttpConfig as _};
 use opentelemetry_sdk::{
     Resource,
     error::OTelSdkResult,
@@ -24,10 +24,10 @@ use opentelemetry_sdk::{
     },
 };
 
-use super::record_dropped_spans;
+use super::SPANS_DROPPED;
 use crate::{
-    config::{EndpointError, HeadersError, TraceSettings},
-    outgoing::{self, OutgoingError},
+    config::{StartError, TraceSettings},
+    outgoing,
 };
 
 /// Spans that wait for the thread, and those of one batch.
@@ -44,39 +44,29 @@ const LAST: Duration = Duration::from_secs(2);
 /// Below the collector's URL.
 const PATH: &str = "/v1/traces";
 
-/// Reason why spans cannot be sent.
-#[derive(Debug, thiserror::Error)]
-pub enum TraceError {
-    #[error("--otlp-ca: {0}")]
-    Authorities(#[from] OutgoingError),
-    #[error("--otlp-endpoint: {0}")]
-    Endpoint(#[from] EndpointError),
-    #[error("--otlp-headers: {0}")]
-    Headers(#[from] HeadersError),
-    #[error("--otlp-endpoint: {0}")]
-    Exporter(#[from] ExporterBuildError),
-}
-
 /// The provider of this process, for its end.
 static PROVIDER: OnceLock<SdkTracerProvider> = OnceLock::new();
 
 /// Starts sending spans; none where the settings name no collector.
-pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> {
-    let Some(endpoint) = settings.collector(PATH)? else { return Ok(None) };
+pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, StartError> {
+    let Some(endpoint) = settings.collector(PATH).map_err(|error| format!("--otlp-endpoint: {error}"))? else {
+        return Ok(None);
+    };
     let why = Why::default();
-    let client =
-        Client { agent: outgoing::agent(&endpoint, PATIENCE, settings.otlp_ca.clone())?, why: Arc::clone(&why) };
+    let agent = outgoing::agent(&endpoint, PATIENCE, settings.otlp_ca.clone());
+    let client = Client { agent: agent.map_err(|error| format!("--otlp-ca: {error}"))?, why: Arc::clone(&why) };
     let exporter = opentelemetry_otlp::SpanExporter::builder()
         .with_http()
         .with_http_client(client)
         .with_protocol(Protocol::HttpBinary)
         .with_timeout(PATIENCE)
         .with_endpoint(endpoint)
-        .with_headers(settings.headers()?)
-        .build()?;
+        .with_headers(settings.headers().map_err(|error| format!("--otlp-headers: {error}"))?)
+        .build()
+        .map_err(|error| format!("--otlp-endpoint: {error}"))?;
     // counted from nothing, so that the first drop is seen as a rise
     super::metrics();
-    record_dropped_spans(0);
+    metrics::counter!(SPANS_DROPPED).increment(0);
     let batches = BatchConfigBuilder::default()
         .with_max_queue_size(QUEUE)
         .with_max_export_batch_size(BATCH)
@@ -137,7 +127,7 @@ impl<E: SpanExporter> SpanExporter for Counted<E> {
         let failed = self.fails.swap(outcome.is_err(), Ordering::Relaxed);
         let why = self.why.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Err(error) = &outcome {
-            record_dropped_spans(count);
+            metrics::counter!(SPANS_DROPPED).increment(count);
             if !failed {
                 let error = why.unwrap_or_else(|| error.to_string());
                 tracing::warn!(error, "the collector of traces does not take spans: they are dropped until it does");
@@ -187,42 +177,5 @@ impl HttpClient for Client {
             *self.why.lock().unwrap_or_else(PoisonError::into_inner) = why;
             Ok(answer?)
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use opentelemetry::trace::{Span as _, Tracer as _};
-    use opentelemetry_sdk::error::OTelSdkError;
-
-    use super::*;
-
-    /// Fails for its first batch.
-    #[derive(Debug)]
-    struct Recovering(AtomicBool);
-
-    impl SpanExporter for Recovering {
-        async fn export(&self, _: Vec<SpanData>) -> OTelSdkResult {
-            match self.0.swap(true, Ordering::Relaxed) {
-                true => Ok(()),
-                false => Err(OTelSdkError::InternalFailure("away".into())),
-            }
-        }
-    }
-
-    #[test]
-    fn failed_batches_are_counted() {
-        super::super::metrics();
-        let exporter = Recovering(AtomicBool::new(false));
-        let exporter = Counted { exporter, fails: AtomicBool::new(false), why: Why::default() };
-        let processor = BatchSpanProcessor::builder(exporter).build();
-        let provider = SdkTracerProvider::builder().with_span_processor(processor).build();
-        let tracer = provider.tracer("test");
-        for batch in 0..2 {
-            (0..3).for_each(|_| tracer.start("one").end());
-            assert_eq!(provider.force_flush().is_ok(), batch == 1);
-        }
-        let text = super::super::metrics().render();
-        assert!(text.contains("flankfit_trace_spans_dropped_total 3"), "{text}");
     }
 }

@@ -19,7 +19,10 @@
 use sha2::{Digest, Sha256};
 
 use super::spec::json;
-use crate::jobs::nodes_codec::{self, Layout};
+use crate::jobs::{
+    nodes_codec::{self, Layout},
+    rows::to_hex,
+};
 use flankfit_engine::{
     estimation::{
         FitSpec, Nodes,
@@ -56,7 +59,7 @@ pub fn input_sha256_by(nodes: &Nodes, spec: &FitSpec, text: &str) -> String {
             one.corrections.iter().for_each(|correction| update(&mut digest, &correction.change));
         }
     }
-    hexadecimal(&digest.finalize())
+    to_hex(&digest.finalize())
 }
 
 fn without_include(spec: &FitSpec) -> String {
@@ -65,7 +68,7 @@ fn without_include(spec: &FitSpec) -> String {
 
 /// Digest of a request as it was posted, where its fit is one of many steps.
 pub fn request_sha256(text: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(text))
+    to_hex(&Sha256::digest(text))
 }
 
 /// SHA-256 of the nodes in their canonical form, by which a repeated block of a stream is known.
@@ -104,12 +107,6 @@ fn update(digest: &mut Sha256, nodes: &Nodes) {
 fn canonical(value: f64) -> [u8; 8] {
     let value = if value.is_nan() { f64::from_bits(0x7ff8_0000_0000_0000) } else { value + 0.0 };
     value.to_le_bytes()
-}
-
-/// Bytes in lower-case hexadecimal.
-pub fn hexadecimal(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).map(|digit| char::from(DIGITS[usize::from(digit)])).collect()
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use crate::{
         problem::Problem,
         warning::WarningBody,
     },
-    jobs::{NewStream, PostedBlock, Stream, StreamDraft},
+    jobs::{NewStream, PostedBlock, Stream, StreamDraft, rows::to_hex},
 };
 use flankfit_engine::{
     estimation::{FitError, Recursive, near},
@@ -182,7 +182,7 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
         Err(error) => return Ok(waiting(error)),
     };
     let shape = near::shape_of(estimate.spec(), &result);
-    let digest = canonical::hexadecimal(input_sha256);
+    let digest = to_hex(input_sha256);
     let text = FitResultBody::new(&result, shape.as_ref(), digest).text().map_err(Problem::internal)?;
     Ok(EstimateText::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }

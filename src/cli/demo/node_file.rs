@@ -241,24 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_nodes_get_the_model_of_their_type() {
-        let sets = read_text("flank.csv", "u,v,z\n1,2,3\n4,5,\n6,7,8.5\n").unwrap();
-        assert_eq!(sets[0].request["nodes"]["z"], json!([3.0, 8.5]));
-        assert_eq!(sets[0].request["model"]["degree"], json!([2, 2]));
-        assert!(sets[0].report.contains("2 nodes used, 1 missing"));
-        let sets = read_text("curve.json", r#"{"type":"curve","x":[1],"y":[2]}"#).unwrap();
-        assert_eq!(sets[0].request["model"]["degree"], json!(3));
-    }
-
-    #[test]
-    fn a_request_is_sent_as_it_is() {
-        let text = r#"{"nodes":{"type":"curve","x":[1],"y":[2]},"model":{"type":"polynomial","degree":0}}"#;
-        let sets = read_text("request.json", text).unwrap();
-        assert_eq!(sets[0].request, serde_json::from_str::<Value>(text).unwrap());
-    }
-
-    #[test]
-    fn unreadable_files_and_cells_are_named() {
+    fn what_cannot_be_read_is_named() {
         let error = read(Path::new("nowhere.csv")).unwrap_err().to_string();
         assert!(error.contains("nowhere.csv"), "{error}");
         let error = read_text("a.csv", "u,v,z\n1,2,three\n").unwrap_err().to_string();

@@ -183,29 +183,3 @@ fn with_criterion(regularization: Option<&Value>, criterion: &str) -> Option<Val
     changed[key] = json!({"criterion": criterion});
     Some(changed)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_criterion_alone_is_changed() {
-        let spectral = json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "fixed", "value": 1.0}});
-        assert_eq!(
-            with_criterion(Some(&spectral), "gcv"),
-            Some(json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "gcv"}}))
-        );
-        let plain = Some(json!({"type": "spectral", "lambda_star": {"criterion": "gcv"}}));
-        assert_eq!(with_criterion(None, "gcv"), plain);
-        assert_eq!(with_criterion(Some(&json!({"type": "none"})), "gcv"), plain);
-        for kind in ["ridge", "tikhonov", "attraction"] {
-            assert_eq!(
-                with_criterion(Some(&json!({"type": kind})), "gcv"),
-                Some(json!({"type": kind, "parameter": {"criterion": "gcv"}}))
-            );
-        }
-        for kind in ["james_stein", "representative", "truncated_svd"] {
-            assert_eq!(with_criterion(Some(&json!({"type": kind})), "gcv"), None);
-        }
-    }
-}

@@ -14,10 +14,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use sha2::{Digest as _, Sha256};
 use zstd::stream::{read::Decoder, write::Encoder};
 
-use crate::{
-    api::{ENGINE, fits::canonical::hexadecimal},
-    cli::CommandError,
-};
+use crate::{api::ENGINE, cli::CommandError, jobs::rows::to_hex};
 
 const KIND: &str = "study";
 const VERSION: u32 = 1;
@@ -104,7 +101,7 @@ impl Head {
             flankfit: KIND.to_owned(),
             version: VERSION,
             engine: ENGINE.to_owned(),
-            request_sha256: hexadecimal(&Sha256::digest(&request)),
+            request_sha256: to_hex(&Sha256::digest(&request)),
             repetitions,
             from: which.start,
             to: which.end,
@@ -159,7 +156,7 @@ pub fn write(path: &Path, head: &Head, outcomes: &[Outcome]) -> Result<(), Comma
     for outcome in outcomes {
         line(serde_json::to_string(&Repetition::from(outcome))?).map_err(unusable)?;
     }
-    let end = End { end_sha256: hexadecimal(&digest.finalize()) };
+    let end = End { end_sha256: to_hex(&digest.finalize()) };
     writeln!(to, "{}", serde_json::to_string(&end)?).map_err(unusable)?;
     to.finish().and_then(|mut to| to.flush()).map_err(unusable)?;
     file.as_file().sync_all().map_err(unusable)?;
@@ -195,7 +192,7 @@ pub fn read(path: &Path) -> Result<(Head, Vec<Outcome>), CommandError> {
     let mut digest = Sha256::new();
     digest.update(&first);
     let is_range = head.from < head.to && head.to <= head.repetitions;
-    if !is_range || head.request_sha256 != hexadecimal(&Sha256::digest(&head.request)) {
+    if !is_range || head.request_sha256 != to_hex(&Sha256::digest(&head.request)) {
         return Err(damaged().into());
     }
     let mut outcomes = Vec::new();
@@ -206,7 +203,7 @@ pub fn read(path: &Path) -> Result<(Head, Vec<Outcome>), CommandError> {
         outcomes.push(repetition.into());
     }
     let last: End = next().ok().and_then(|line| serde_json::from_str(&line).ok()).ok_or_else(damaged)?;
-    let is_whole = last.end_sha256 == hexadecimal(&digest.finalize());
+    let is_whole = last.end_sha256 == to_hex(&digest.finalize());
     // a frame that is cut behind its last line has no end of its own
     if !is_whole || next().ok() != Some(String::new()) {
         return Err(damaged().into());

@@ -1,15 +1,8 @@
 //! The header `Accept`: acceptable media types, and the choice between JSON and another form.
 
-use axum::{
-    http::{HeaderMap, HeaderValue, header},
-    response::Response,
-};
-
+use super::prelude::*;
 use crate::{
-    api::{
-        gears::quality_data::{self, Charset},
-        problem::{Problem, ProblemCode},
-    },
+    api::gears::quality_data::{self, Charset},
     http::endpoints::fits::json,
 };
 

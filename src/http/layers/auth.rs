@@ -4,20 +4,18 @@
 //! Of keys the server knows digests only; they are compared in [`secret::same`] and nowhere else.
 //! Keys of the settings are looked at first, then tokens, then the keys of the store.
 
-use std::{future, sync::Arc, time::Duration};
+use std::future;
 
-use axum::http::{Extensions, HeaderMap, Method, header};
-
+use axum::http::Extensions;
 use tokio::time::sleep;
 
+use super::prelude::*;
 use crate::{
-    api::problem::{Problem, ProblemCode},
     config::{Authentication, Digest, KeysRole, ServeSettings},
     http::server::PeerNames,
-    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, actor, secret},
+    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, actor, rows::to_hex, secret},
     oidc::{self, Token, TokenError, Tokens},
     pool::Party,
-    telemetry,
 };
 
 /// Who asks, and what they may ask for (a request extension).
@@ -280,7 +278,7 @@ impl From<KeysRole> for Role {
 /// A key of the settings as the log names it: by the beginning of its digest, which reveals nothing
 /// of the key.
 fn name_of_key(Digest(digest): &Digest) -> String {
-    digest.iter().take(6).fold(actor::OF_KEYS.to_owned(), |name, byte| name + &format!("{byte:02x}"))
+    actor::OF_KEYS.to_owned() + &to_hex(&digest[..6])
 }
 
 /// Place of a key or a token in the request.

@@ -5,23 +5,18 @@
 //! the decompressed ones are charged to the budget, together with the numbers that are read from
 //! them.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
-use axum::{
-    body::{Body, Bytes},
-    extract::{FromRequest, Request},
-    http::{HeaderMap, header},
-};
+use axum::extract::FromRequest;
 use http_body_util::BodyExt;
 use sha2::{Digest, Sha256};
 
+use super::prelude::*;
 use super::{
     content_encoding::{Encoding, PIECE, too_large},
     media_type,
 };
 use crate::{
-    api::problem::{Problem, ProblemCode},
-    http::state::AppState,
     pool::checkpoint,
     usecases::budget::{Permit, WithPermit},
 };

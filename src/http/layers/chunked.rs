@@ -7,16 +7,14 @@
 
 use std::{
     io,
-    sync::{Arc, Mutex, PoisonError},
-    time::Duration,
+    sync::{Mutex, PoisonError},
 };
 
-use axum::body::{Body, Bytes};
 use futures_util::{StreamExt, stream};
 
+use super::prelude::*;
 use crate::{
     api::shapes::export::Pieces,
-    http::state::AppState,
     pool::{self, Party, PoolError},
     usecases::budget::Permit,
 };

@@ -1,22 +1,12 @@
 //! `ETag`, `If-Match` and `If-None-Match`. The tag of an iteration is its version, which moves on
 //! with every change; that of a job has its status too, which changes with decisions.
 
-use axum::{
-    body::Body,
-    extract::{FromRequestParts, Request},
-    http::{HeaderMap, HeaderValue, Method, StatusCode, header, request::Parts},
-    middleware::Next,
-    response::Response,
-};
-
+use axum::{extract::FromRequestParts, http::request::Parts};
 use sha2::{Digest, Sha256};
 use utoipa::IntoParams;
 
-use crate::{
-    api::problem::Problem,
-    http::state::AppState,
-    jobs::{Job, JobStatus, Precondition},
-};
+use super::prelude::*;
+use crate::jobs::{Job, JobStatus, Precondition, rows::to_hex};
 
 /// The version as an entity tag.
 pub fn etag(version: u64) -> String {
@@ -43,8 +33,7 @@ pub fn set_tag(headers: &mut HeaderMap, tag: &str) {
 /// The tag of bytes that have no version.
 pub fn content_tag(bytes: &[u8]) -> Option<HeaderValue> {
     let digest = Sha256::digest(bytes);
-    let digits: String = digest[..16].iter().map(|byte| format!("{byte:02x}")).collect();
-    HeaderValue::from_str(&format!("\"{digits}\"")).ok()
+    HeaderValue::from_str(&format!("\"{}\"", to_hex(&digest[..16]))).ok()
 }
 
 /// Versions that the caller has seen, by the header `If-Match`.

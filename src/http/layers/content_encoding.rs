@@ -5,12 +5,8 @@
 
 use std::io::Read;
 
-use axum::http::{HeaderMap, header};
-
-use crate::{
-    api::problem::{Problem, ProblemCode},
-    pool::checkpoint,
-};
+use super::prelude::*;
+use crate::pool::checkpoint;
 
 /// How the body is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,9 @@
 //! Requests of web pages that come from elsewhere: only from origins that the settings name, and
 //! never with cookies.
 
-use std::time::Duration;
-
-use axum::http::{HeaderName, HeaderValue, Method, header};
 use tower_http::cors::CorsLayer;
 
+use super::prelude::*;
 use super::{
     idempotency::REPLAYED,
     observe::{REQUEST_ID, TRACEPARENT, TRACESTATE},

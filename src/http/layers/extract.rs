@@ -1,21 +1,16 @@
 //! Extractors whose refusals are problems.
 
 use axum::{
-    extract::{FromRequest, FromRequestParts, Path, Query, Request, path::ErrorKind, rejection::PathRejection},
+    extract::{FromRequest, FromRequestParts, Path, Query, path::ErrorKind, rejection::PathRejection},
     http::request::Parts,
 };
 use serde::de::DeserializeOwned;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::prelude::*;
 use super::{body::Payload, compute::read_small_json};
-use crate::{
-    api::{
-        json::value::read_json,
-        problem::{Problem, ProblemCode},
-    },
-    http::state::AppState,
-};
+use crate::api::json::value::read_json;
 
 /// Path parameters; an id of the wrong form is an id that does not exist (404).
 pub struct PathOf<T>(pub T);

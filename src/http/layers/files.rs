@@ -1,18 +1,8 @@
 //! Answers that are files.
 
-use axum::{
-    http::{HeaderValue, header},
-    response::Response,
-};
-
+use super::prelude::*;
 use super::{body::Payload, chunked};
-use crate::{
-    api::{
-        problem::{Problem, Room},
-        shapes::export::File,
-    },
-    http::state::AppState,
-};
+use crate::api::{problem::Room, shapes::export::File};
 
 /// The file that `write` makes of a JSON body, to be kept under its name. It is sent as it is made.
 pub async fn attachment(

@@ -1,10 +1,6 @@
 //! Headers that every answer carries: what may be cached, what a browser may make of it.
 
-use axum::{
-    extract::Request,
-    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
-    response::Response,
-};
+use super::prelude::*;
 
 /// Answers that belong to one request.
 const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");

@@ -4,23 +4,20 @@
 //! free again: asked once more, the work is done anew. What the store has been given is stored all
 //! the same, and the key stays claimed until it is.
 
-use std::sync::Arc;
-
 use axum::{
     RequestExt as _,
-    extract::{FromRequest, FromRequestParts, Request},
-    http::{HeaderName, HeaderValue, StatusCode, header, request::Parts},
-    response::{IntoResponse, Response},
+    extract::{FromRequest, FromRequestParts},
+    http::request::Parts,
 };
 use utoipa::IntoParams;
 
+use super::prelude::*;
 use super::{
     body::{BodyDigest, Payload},
     multipart,
 };
 use crate::{
-    api::problem::{Problem, ProblemCode},
-    http::{caller_state::CallerState, state::AppState},
+    http::caller_state::CallerState,
     jobs::{Answer, KeyClaim, Keyed, KeyedRequest, Stored},
 };
 

@@ -27,3 +27,21 @@ pub mod readiness;
 pub mod sites;
 pub mod sse;
 pub mod unsent;
+
+/// Names that most files of layers use.
+mod prelude {
+    pub use axum::{
+        body::{Body, Bytes},
+        extract::Request,
+        http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
+        middleware::Next,
+        response::{IntoResponse, Response},
+    };
+    pub use std::{sync::Arc, time::Duration};
+
+    pub use crate::{
+        api::problem::{Problem, ProblemCode},
+        http::state::AppState,
+        telemetry,
+    };
+}

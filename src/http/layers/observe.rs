@@ -3,35 +3,27 @@
 //! One function instead of a stack of layers: each request is looked at once on its way in and once
 //! on its way out.
 
-use std::{
-    panic::AssertUnwindSafe,
-    sync::{Arc, OnceLock},
-    task::Poll,
-    time::Instant,
-};
+use std::{panic::AssertUnwindSafe, sync::OnceLock, time::Instant};
 
 use axum::{
     Extension,
-    extract::{MatchedPath, Request, State},
-    http::{HeaderName, HeaderValue, Method, Uri, Version, header},
-    middleware::Next,
-    response::{IntoResponse, Response},
+    extract::{MatchedPath, State},
+    http::{Uri, Version},
 };
+use futures_util::FutureExt as _;
+use tokio::time::timeout;
 use tracing::Instrument as _;
 use uuid::Uuid;
 
+use super::prelude::*;
 use super::{
     auth::{self, Principal},
     headers, sites,
 };
 use crate::{
-    api::problem::{Problem, ProblemCode},
-    http::{
-        server::{ForChecks, Peer},
-        state::AppState,
-    },
+    http::server::{ForChecks, Peer},
     jobs::secret,
-    pool, telemetry,
+    pool,
 };
 
 /// The header that carries the id of a request.
@@ -124,16 +116,12 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
             Ok(principal) => {
                 let party = principal.as_ref().and_then(Principal::party);
                 principal.map(|principal| request.extensions_mut().insert(principal));
-                catch_panic(pool::on_behalf_of(party, next.run(request))).await
+                pool::on_behalf_of(party, next.run(request)).await
             }
-            Err(problem) => Ok(problem.into_response()),
+            Err(problem) => problem.into_response(),
         }
     };
-    let mut response = match tokio::time::timeout(state.settings.request_timeout(), answer).await {
-        Ok(Ok(response)) => response,
-        Ok(Err(Panicked)) => Problem::internal("a handler panicked").into_response(),
-        Err(_elapsed) => too_late(state.settings.request_timeout).into_response(),
-    };
+    let mut response = in_time(state.settings.request_timeout, answer).await;
 
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         let problem = named(problem, id.to_str().unwrap_or_default());
@@ -213,6 +201,15 @@ fn log_cause(request_id: &str, problem: &Problem, cause: &str) {
         500 => tracing::error!(request_id, %code, cause, "problem"),
         501.. => tracing::warn!(request_id, %code, cause, "problem"),
         _ => tracing::debug!(request_id, %code, cause, "problem"),
+    }
+}
+
+/// The answer of a handler, or the problem that there is none after so many seconds.
+pub async fn in_time(limit: u64, handling: impl Future<Output = Response>) -> Response {
+    match timeout(Duration::from_secs(limit), AssertUnwindSafe(handling).catch_unwind()).await {
+        Ok(Ok(response)) => response,
+        Ok(Err(_panic)) => Problem::internal("a handler panicked").into_response(),
+        Err(_elapsed) => too_late(limit).into_response(),
     }
 }
 
@@ -317,20 +314,6 @@ fn new_id() -> HeaderValue {
     let mut buffer = Uuid::encode_buffer();
     let text = Uuid::now_v7().hyphenated().encode_lower(&mut buffer);
     HeaderValue::from_str(text).unwrap_or(HeaderValue::from_static("unknown"))
-}
-
-/// A future that panicked.
-pub struct Panicked;
-
-/// Turns a panic of the future into an error (what happened has gone to the panic hook).
-pub async fn catch_panic<F: Future>(future: F) -> Result<F::Output, Panicked> {
-    let mut future = std::pin::pin!(future);
-    std::future::poll_fn(move |cx| match std::panic::catch_unwind(AssertUnwindSafe(|| future.as_mut().poll(cx))) {
-        Ok(Poll::Ready(output)) => Poll::Ready(Ok(output)),
-        Ok(Poll::Pending) => Poll::Pending,
-        Err(_) => Poll::Ready(Err(Panicked)),
-    })
-    .await
 }
 
 #[cfg(test)]

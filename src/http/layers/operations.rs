@@ -2,22 +2,18 @@
 //! caller needs, its query parameters, its media types, and whether it offers progress. Handlers
 //! read the values of parameters; where there are several media types they choose.
 
-use std::{
-    collections::{HashMap, HashSet},
-    sync::Arc,
-};
+use std::collections::{HashMap, HashSet};
 
 use axum::{
-    extract::{MatchedPath, Query, Request, State},
-    http::{HeaderMap, Method, Uri},
-    middleware::Next,
-    response::{IntoResponse, Response},
+    extract::{MatchedPath, Query, State},
+    http::Uri,
 };
 use utoipa::openapi::{
     OpenApi as Document, RefOr,
     path::{Operation as Declared, ParameterIn},
 };
 
+use super::prelude::*;
 use super::{
     accept,
     auth::Principal,
@@ -27,11 +23,9 @@ use crate::{
     api::{
         faults::Faults,
         json::{location::escape, wording::alternatives},
-        problem::{Problem, ProblemCode},
     },
-    http::{openapi::scopes, state::AppState},
+    http::openapi::scopes,
     jobs::Scope,
-    telemetry,
 };
 
 /// The operations of the contract by their paths.

@@ -1,18 +1,7 @@
 //! Problems as HTTP responses.
 
-use axum::{
-    http::{HeaderValue, StatusCode, header},
-    response::{IntoResponse, Response},
-};
-
-use crate::{
-    api::{
-        json::writer::text_of,
-        problem::{Problem, ProblemCode},
-    },
-    pool::PoolError,
-    telemetry,
-};
+use super::prelude::*;
+use crate::{api::json::writer::text_of, pool::PoolError};
 
 impl IntoResponse for Problem {
     /// The problem also travels as an extension, for `layers::observe` to add the request id and

@@ -5,29 +5,26 @@
 //! it is; the last event is its answer. When the client closes the connection, the handler is
 //! dropped, which cancels its work.
 
-use std::{future, pin::Pin, time::Duration};
+use std::{future, pin::Pin};
 
 use axum::{
     RequestPartsExt,
-    body::{self, Body},
-    extract::Request,
-    http::header,
-    middleware::Next,
-    response::{IntoResponse, Response, sse::Event},
+    body::{self},
+    response::sse::Event,
 };
 use futures_util::stream;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, timeout};
-use tracing::Instrument as _;
 
+use super::prelude::*;
 use super::{
     body::Payload,
     idempotency::REPLAYED,
-    observe::{self, LateReport, catch_panic},
+    observe::{self, LateReport},
     sse,
 };
 use crate::{
-    api::{json::writer::text_of, problem::Problem, progress::ProgressBody},
-    http::{caller_state::CallerState, state::AppState},
+    api::{json::writer::text_of, progress::ProgressBody},
+    http::caller_state::CallerState,
     pool::{self, Handle},
     usecases::budget::Permit,
 };
@@ -54,7 +51,8 @@ async fn begin(state: AppState, request: Request, next: Next) -> Result<Response
     parts.headers.remove(header::ACCEPT);
     let (handle, begun) = (Handle::new(), Instant::now());
     let handling = pool::under(handle.clone(), next.run(Request::from_parts(parts, Body::from(bytes))));
-    let mut answer = in_time(state.settings.progress_timeout, pool::on_behalf_of(pool::party(), handling));
+    let handling = pool::on_behalf_of(pool::party(), handling);
+    let mut answer: Answer = Box::pin(observe::in_time(state.settings.progress_timeout, handling));
     let look = state.settings.pace.look.min(state.settings.request_timeout() / 2);
     let mut replayed = None;
     match timeout(look, &mut answer).await {
@@ -79,18 +77,6 @@ async fn begin(state: AppState, request: Request, next: Next) -> Result<Response
     response.extensions_mut().insert(report);
     response.headers_mut().extend(replayed.map(|replayed| (REPLAYED.clone(), replayed)));
     Ok(response)
-}
-
-/// The answer of a handler, or the problem that there is none.
-fn in_time(limit: u64, handling: impl Future<Output = Response> + Send + 'static) -> Answer {
-    let answer = async move {
-        match timeout(Duration::from_secs(limit), catch_panic(handling)).await {
-            Ok(Ok(response)) => response,
-            Ok(Err(_panicked)) => Problem::internal("a handler panicked").into_response(),
-            Err(_elapsed) => observe::too_late(limit).into_response(),
-        }
-    };
-    Box::pin(answer.in_current_span())
 }
 
 /// How far the events are.

@@ -61,7 +61,7 @@ impl Readiness {
         if outcome.is_ok() {
             outcome = answered(until, UNWRITABLE, jobs.check_writable()).await;
         }
-        telemetry::record_store_up(outcome.is_ok());
+        metrics::gauge!(telemetry::STORE_UP).set(f64::from(outcome.is_ok()));
         *last = Some((Instant::now(), outcome.clone()));
         outcome
     }

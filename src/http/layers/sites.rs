@@ -1,14 +1,9 @@
 //! Requests that a browser makes for a web page of another site: it may not change anything here,
 //! and it may not reach this server under a name of its own.
 
-use axum::http::{HeaderMap, HeaderValue, Method, header};
-
 use super::media_type::essence;
-use crate::{
-    api::problem::{Problem, ProblemCode},
-    config::{Host, Hosts, Origin},
-    http::state::AppState,
-};
+use super::prelude::*;
+use crate::config::{Host, Hosts, Origin};
 
 /// Header in which a browser describes the page that makes a request.
 const FETCH_SITE: &str = "sec-fetch-site";

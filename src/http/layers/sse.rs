@@ -1,15 +1,11 @@
 //! Server-sent events (`text/event-stream`).
 
-use std::{convert::Infallible, time::Duration};
+use std::convert::Infallible;
 
-use axum::{
-    http::{HeaderName, HeaderValue, header},
-    response::{
-        IntoResponse, Response,
-        sse::{Event, KeepAlive, Sse},
-    },
-};
+use axum::response::sse::{Event, KeepAlive, Sse};
 use futures_util::{Stream, StreamExt};
+
+use super::prelude::*;
 
 /// Returns events as an answer that no proxy keeps back; after so long a silence a comment shows
 /// that the connection lives.

@@ -2,20 +2,14 @@
 
 use std::{
     pin::Pin,
-    sync::Arc,
     task::{Context, Poll, ready},
 };
 
-use axum::{
-    body::{Body, Bytes, HttpBody},
-    extract::{Request, State},
-    http::StatusCode,
-    middleware::Next,
-    response::{IntoResponse, Response},
-};
+use axum::{body::HttpBody, extract::State};
 use hyper::body::{Frame, SizeHint};
 
-use crate::{http::state::AppState, usecases::budget::Permit};
+use super::prelude::*;
+use crate::usecases::budget::Permit;
 
 /// Answers that are shorter are not charged.
 const SHORT: u64 = 4 << 10;

@@ -47,7 +47,7 @@ use super::state::AppState;
 
 pub use self::{
     peer::{Peer, PeerNames},
-    tls::{Tls, TlsError},
+    tls::Tls,
 };
 
 /// How long a connection may be idle between two requests.

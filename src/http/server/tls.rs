@@ -2,7 +2,7 @@
 
 use std::{
     fs, io,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, PoisonError, RwLock},
     time::Duration,
 };
@@ -15,7 +15,7 @@ use tokio_rustls::{
         self, RootCertStore, ServerConfig,
         crypto::aws_lc_rs::default_provider,
         pki_types::{CertificateDer, PrivateKeyDer, pem::PemObject},
-        server::{VerifierBuilderError, WebPkiClientVerifier},
+        server::WebPkiClientVerifier,
     },
     server::TlsStream,
 };
@@ -23,7 +23,7 @@ use x509_parser::{certificate::X509Certificate, extensions::GeneralName, prelude
 
 use super::peer::PeerNames;
 use crate::{
-    config::{ClientAuthentication, TlsSettings},
+    config::{ClientAuthentication, StartError, TlsSettings},
     jobs::{Clock, San},
     telemetry,
 };
@@ -33,29 +33,6 @@ const HANDSHAKE: Duration = Duration::from_secs(10);
 
 /// Time between two looks at the files.
 const LOOK: Duration = Duration::from_secs(5);
-
-/// Why the files cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum TlsError {
-    #[error("cannot read {file}: {source}")]
-    Read { file: PathBuf, source: io::Error },
-    #[error("{file} holds no certificate in PEM form (`-----BEGIN CERTIFICATE-----`)")]
-    NoCertificate { file: PathBuf },
-    #[error("{file} holds no private key in PEM form (`-----BEGIN PRIVATE KEY-----`)")]
-    NoKey { file: PathBuf },
-    #[error("the certificate in {certificate} and the key in {key} cannot be used: {source}")]
-    Unfit { certificate: PathBuf, key: PathBuf, source: rustls::Error },
-    #[error("the authorities in {file} cannot be used: {source}")]
-    Authorities { file: PathBuf, source: VerifierBuilderError },
-    #[error(
-        "--tls-client-auth asks clients for certificates: name the file with their authorities with --tls-client-ca"
-    )]
-    NoAuthorities,
-    #[error("clients are to show certificates, which takes TLS: name the server's own with --tls-cert and --tls-key")]
-    NoTls,
-    #[error("--tls-client-ca is given, but clients are asked for no certificate: add --tls-client-auth required")]
-    AuthoritiesUnused,
-}
 
 /// The keys of a listener.
 pub struct Tls {
@@ -74,7 +51,7 @@ struct Loaded {
 
 impl Tls {
     /// Reads the files; `None` where none are named.
-    pub fn load(settings: &TlsSettings, clock: Arc<dyn Clock>) -> Result<Option<Arc<Self>>, TlsError> {
+    pub fn load(settings: &TlsSettings, clock: Arc<dyn Clock>) -> Result<Option<Arc<Self>>, StartError> {
         let Some(files) = Files::read(settings)? else { return Ok(None) };
         let current = RwLock::new(files.load(settings)?);
         Ok(Some(Arc::new(Tls { settings: settings.clone(), clock, current })))
@@ -110,7 +87,7 @@ impl Tls {
     }
 
     /// Whether the files had changed.
-    fn reload(&self) -> Result<bool, TlsError> {
+    fn reload(&self) -> Result<bool, StartError> {
         let Some(files) = Files::read(&self.settings)? else { return Ok(false) };
         if files.digest() == self.current.read().unwrap_or_else(PoisonError::into_inner).digest {
             return Ok(false);
@@ -146,23 +123,30 @@ struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    fn read(settings: &'a TlsSettings) -> Result<Option<Self>, TlsError> {
+    fn read(settings: &'a TlsSettings) -> Result<Option<Self>, StartError> {
         let read = |file: &'a Path| match fs::read(file) {
             Ok(text) => Ok((file, text)),
-            Err(source) => Err(TlsError::Read { file: file.into(), source }),
+            Err(error) => Err(format!("cannot read {}: {error}", file.display())),
         };
         let authorities = settings.client_authorities.as_deref();
         let (Some(certificate), Some(key)) = (&settings.certificate, &settings.key) else {
             // who asks for certificates of clients does not want to serve everybody plainly
             return match (authorities, settings.client_authentication) {
                 (None, ClientAuthentication::Off) => Ok(None),
-                _ => Err(TlsError::NoTls),
+                _ => Err("clients are to show certificates, which takes TLS: name the server's own with --tls-cert and --tls-key".into()),
             };
         };
         match (authorities, settings.client_authentication) {
-            (Some(_), ClientAuthentication::Off) => return Err(TlsError::AuthoritiesUnused),
+            (Some(_), ClientAuthentication::Off) => return Err(
+                "--tls-client-ca is given, but clients are asked for no certificate: add --tls-client-auth required"
+                    .into(),
+            ),
             (None, ClientAuthentication::Optional | ClientAuthentication::Required) => {
-                return Err(TlsError::NoAuthorities);
+                return Err(
+                    "--tls-client-auth asks clients for certificates: name the file with their authorities with \
+                            --tls-client-ca"
+                        .into(),
+                );
             }
             _ => {}
         }
@@ -179,11 +163,15 @@ impl<'a> Files<'a> {
         digest.finalize().into()
     }
 
-    fn load(&self, settings: &TlsSettings) -> Result<Loaded, TlsError> {
+    fn load(&self, settings: &TlsSettings) -> Result<Loaded, StartError> {
         let chain = certificates(self.certificate.0, &self.certificate.1)?;
         let key = PrivateKeyDer::from_pem_slice(&self.key.1);
-        let key = key.map_err(|_| TlsError::NoKey { file: self.key.0.into() })?;
-        let unfit = |source| TlsError::Unfit { certificate: self.certificate.0.into(), key: self.key.0.into(), source };
+        let (certificate_file, key_file) = (self.certificate.0.display(), self.key.0.display());
+        let key =
+            key.map_err(|_| format!("{key_file} holds no private key in PEM form (`-----BEGIN PRIVATE KEY-----`)"))?;
+        let unfit = |error: rustls::Error| {
+            format!("the certificate in {certificate_file} and the key in {key_file} cannot be used: {error}")
+        };
         let ends = chain.first().and_then(|first| X509Certificate::from_der(first).ok());
         let ends = ends.map_or(0, |(_, certificate)| certificate.validity().not_after.timestamp());
 
@@ -199,10 +187,8 @@ impl<'a> Files<'a> {
                 if settings.client_authentication == ClientAuthentication::Optional {
                     verifier = verifier.allow_unauthenticated();
                 }
-                let verifier = verifier.build();
-                builder.with_client_cert_verifier(
-                    verifier.map_err(|source| TlsError::Authorities { file: (*file).into(), source })?,
-                )
+                let unfit = |error| format!("the authorities in {} cannot be used: {error}", file.display());
+                builder.with_client_cert_verifier(verifier.build().map_err(unfit)?)
             }
         };
         let mut config = builder.with_single_cert(chain, key).map_err(unfit)?;
@@ -211,9 +197,11 @@ impl<'a> Files<'a> {
     }
 }
 
-fn certificates(file: &Path, text: &[u8]) -> Result<Vec<CertificateDer<'static>>, TlsError> {
+fn certificates(file: &Path, text: &[u8]) -> Result<Vec<CertificateDer<'static>>, StartError> {
     let all: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(text).collect();
-    all.ok().filter(|all| !all.is_empty()).ok_or_else(|| TlsError::NoCertificate { file: file.into() })
+    all.ok().filter(|all| !all.is_empty()).ok_or_else(|| {
+        format!("{} holds no certificate in PEM form (`-----BEGIN CERTIFICATE-----`)", file.display()).into()
+    })
 }
 
 #[cfg(test)]
@@ -221,7 +209,7 @@ mod tests {
     use super::*;
     use crate::jobs::SystemClock;
 
-    fn load(settings: &TlsSettings) -> Result<Option<Arc<Tls>>, TlsError> {
+    fn load(settings: &TlsSettings) -> Result<Option<Arc<Tls>>, StartError> {
         Tls::load(settings, Arc::new(SystemClock))
     }
 
@@ -257,14 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_pair_is_loaded_and_absent_settings_mean_no_tls() {
-        assert!(load(&TlsSettings::default()).unwrap().is_none());
-        let tls = load(&Written::new(pair()).settings).unwrap().unwrap();
-        assert!(tls.current.read().unwrap().ends > 1_700_000_000);
-    }
-
-    #[test]
-    fn unusable_certificates_and_keys_are_named() {
+    fn what_cannot_be_used_is_named() {
         let written = Written::new(pair());
         written.write("key.pem", &pair().1);
         assert!(written.refused().contains("cannot be used"), "{}", written.refused());
@@ -296,18 +277,5 @@ mod tests {
         }
         let settings = TlsSettings { client_authorities: Some("ca.pem".into()), ..TlsSettings::default() };
         assert!(load(&settings).err().unwrap().to_string().contains("--tls-cert"));
-    }
-
-    #[test]
-    fn files_are_read_again_when_they_change_and_fit() {
-        let written = Written::new(pair());
-        let tls = load(&written.settings).unwrap().unwrap();
-        assert!(!tls.reload().unwrap());
-        let (certificate, key) = pair();
-        written.write("cert.pem", &certificate);
-        assert!(tls.reload().is_err(), "half of the pair");
-        written.write("key.pem", &key);
-        assert!(tls.reload().unwrap());
-        assert!(!tls.reload().unwrap());
     }
 }

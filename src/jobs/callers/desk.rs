@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use jiff::{SignedDuration, Timestamp};
 
-use crate::jobs::{completion::to_completion, *};
+use crate::jobs::{service::to_completion, *};
 
 /// A key before it has an id.
 #[derive(Clone, Debug)]

@@ -296,20 +296,6 @@ mod tests {
         assert_eq!(lets_in(&known, &stranger).await, Some(false));
     }
 
-    #[tokio::test]
-    async fn ended_resolves_when_the_key_is_revoked() {
-        let (store, known, told, secret) = one_key(LONG);
-        let key = known.of_secret(secret.expose().as_bytes()).await.unwrap().unwrap();
-        let ended = known.ended(&key);
-        let revoking = async {
-            tokio::time::sleep(Duration::from_millis(20)).await;
-            store.revoke();
-            told.send_modify(|changes| *changes += 1);
-        };
-        let both = async { tokio::join!(ended, revoking) };
-        assert!(timeout(Duration::from_secs(4), both).await.is_ok_and(|(ended, ())| ended.is_ok()));
-    }
-
     /// The key may be a good one: the store is the reason.
     #[tokio::test]
     async fn ended_fails_while_the_store_is_unavailable() {

@@ -36,23 +36,3 @@ impl Role {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn roles_have_the_scopes_of_the_table() {
-        let scopes = |role: Role| role.scopes().to_string();
-        let table = Role::ALL.map(|role| (role.name(), scopes(role)));
-        let expected = [
-            ("reader", "read compute"),
-            ("operator", "read compute measure"),
-            ("engineer", "read compute measure decide"),
-            ("auditor", "read audit"),
-            ("admin", "read audit admin"),
-            ("root", "tenants"),
-        ];
-        assert_eq!(table, expected.map(|(role, scopes)| (role, scopes.to_owned())));
-    }
-}

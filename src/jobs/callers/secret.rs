@@ -8,6 +8,7 @@ use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
 
 use super::key::KeyId;
+use crate::jobs::rows::to_hex;
 
 pub const PREFIX: &str = "ffk_";
 /// Digits of the id, of the secret and of the CRC, and where they begin.
@@ -28,8 +29,7 @@ impl Secret {
         getrandom::fill(&mut id)?;
         getrandom::fill(&mut secret)?;
         let id = KeyId::of(u64::from_be_bytes(id));
-        let digits = secret.iter().fold(String::with_capacity(64), |digits, byte| digits + &format!("{byte:02x}"));
-        let text = format!("{PREFIX}{id}_{digits}");
+        let text = format!("{PREFIX}{id}_{}", to_hex(&secret));
         let crc = crc32fast::hash(text.as_bytes());
         Ok((id, Secret(format!("{text}{crc:08x}"))))
     }

@@ -17,7 +17,7 @@ use super::{
     cache::{CachedStream, Slot},
     state_codec,
 };
-use crate::jobs::{completion::to_completion, *};
+use crate::jobs::{service::to_completion, *};
 
 /// Nodes between two times that an estimate is stored, at least.
 const UNSAVED: u64 = 64;

@@ -2,10 +2,9 @@
 
 use std::{
     collections::BTreeMap,
-    fmt::Write as _,
     fs, io,
     io::Write as _,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, LazyLock, OnceLock},
 };
 
@@ -13,6 +12,8 @@ use axum::body::Bytes;
 use flate2::{Compression, write::GzEncoder};
 use rust_embed::RustEmbed;
 use sha2::{Digest, Sha256};
+
+use crate::jobs::rows::to_hex;
 
 const INDEX: &str = include_str!("../../../../web/index.html");
 /// Placeholder of the digest in `index.html`.
@@ -38,14 +39,6 @@ pub enum Files {
     Embedded,
     /// A folder that holds `index.html`, `app/` and `vendor/`.
     Folder(Arc<Path>),
-}
-
-/// A folder that is none of a dashboard.
-#[derive(Debug, thiserror::Error)]
-#[error("--dashboard-dir {}: cannot read its index.html: {source}", folder.display())]
-pub struct MissingFiles {
-    folder: PathBuf,
-    source: io::Error,
 }
 
 /// One file.
@@ -85,10 +78,7 @@ static EMBEDDED: LazyLock<Embedded> = LazyLock::new(|| {
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(bytes);
     }
-    let digest = hash.finalize().iter().fold(String::new(), |mut digits, byte| {
-        let _infallible = write!(digits, "{byte:02x}");
-        digits
-    });
+    let digest = to_hex(&hash.finalize());
     Embedded { index: INDEX.replace(PLACEHOLDER, &digest), digest, files }
 });
 
@@ -99,9 +89,9 @@ impl Files {
     }
 
     /// Refuses a folder that holds no page.
-    pub fn check(&self) -> Result<(), MissingFiles> {
+    pub fn check(&self) -> Result<(), String> {
         let Files::Folder(folder) = self else { return Ok(()) };
-        let missing = |source| MissingFiles { folder: folder.to_path_buf(), source };
+        let missing = |error| format!("--dashboard-dir {}: cannot read its index.html: {error}", folder.display());
         fs::metadata(folder.join("index.html")).map(drop).map_err(missing)
     }
 
