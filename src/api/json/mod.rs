@@ -4,7 +4,6 @@
 pub mod check;
 mod compiled;
 pub mod cursor;
-pub mod decimal;
 pub mod error;
 pub mod gather;
 pub mod left_out;

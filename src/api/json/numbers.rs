@@ -3,7 +3,10 @@
 //! Anything else than a number is recorded with its place and skipped, so that every bad node is
 //! named at once.
 
-use super::cursor::{Cursor, Syntax, Token};
+use super::{
+    cursor::{Cursor, Syntax, Token},
+    wording::BEYOND,
+};
 use crate::api::faults::Faults;
 use flankfit_engine::numerics::cancel;
 
@@ -24,27 +27,9 @@ pub struct Numbers {
     /// Start of the row that is being read.
     row_begin: usize,
     /// Places of `null`, which in a grid's heights are missing nodes.
-    nulls: Noted,
+    nulls: Faults,
     /// Values found in place of numbers.
-    wrong: Noted,
-}
-
-/// The first places and what stood there; all are counted.
-#[derive(Debug, Default)]
-struct Noted {
-    list: Vec<(String, String)>,
-    count: usize,
-}
-
-impl Noted {
-    fn report(&self, pointer: &str, faults: &mut Faults) {
-        for i in 0..self.count {
-            match self.list.get(i) {
-                Some((place, what)) => faults.push(format!("{pointer}{place}"), what.as_str()),
-                None => faults.push("", ""),
-            }
-        }
-    }
+    wrong: Faults,
 }
 
 impl Numbers {
@@ -55,11 +40,7 @@ impl Numbers {
             Token::Array => {}
             other => {
                 numbers.no_array = true;
-                numbers.wrong.count = 1;
-                numbers
-                    .wrong
-                    .list
-                    .push((String::new(), format!("expected an array of numbers, found {}", other.name())));
+                numbers.wrong.push("", format!("expected an array of numbers, found {}", other.name()));
                 cursor.skip_value()?;
                 return Ok(numbers);
             }
@@ -77,8 +58,7 @@ impl Numbers {
             match cursor.token()? {
                 Token::Array => numbers.read_row(cursor)?,
                 other => {
-                    let what = format!("expected a row of numbers, found {}", other.name());
-                    note(&mut numbers.wrong, || (format!("/{row}"), what));
+                    numbers.wrong.push(format!("/{row}"), format!("expected a row of numbers, found {}", other.name()));
                     cursor.skip_value()?;
                 }
             }
@@ -97,12 +77,16 @@ impl Numbers {
         }
         loop {
             cursor.skip_space();
-            match cursor.usual_number() {
-                Some(value) => {
-                    cancel::every(20, self.values.len());
+            cancel::every(20, self.values.len());
+            match cursor.peek() {
+                Some(b'-' | b'0'..=b'9') => {
+                    let value = cursor.number()?;
+                    if value.is_infinite() {
+                        self.wrong.push(self.place(), BEYOND);
+                    }
                     self.values.push(value);
                 }
-                None => self.read_unusual(cursor)?,
+                _ => self.read_other(cursor)?,
             }
             if self.values.len() == SAMPLE {
                 self.reserve(cursor, cursor.at - begin);
@@ -131,47 +115,23 @@ impl Numbers {
         let _taken = self.values.try_reserve(bytes / each + bytes / (64 * each) + 1);
     }
 
-    #[inline(never)]
-    fn read_unusual(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
-        if !matches!(cursor.peek(), Some(b'-' | b'0'..=b'9')) {
-            return self.read_other(cursor);
-        }
-        let value = cursor.number()?;
-        if value.is_infinite() {
-            self.note_wrong("the number exceeds the range of double precision (about 1.8e308)".into());
-        }
-        self.values.push(value);
-        Ok(())
-    }
-
     #[cold]
     fn read_other(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
         match cursor.token()? {
             Token::Null => {
-                let place = self.place();
-                note(&mut self.nulls, || {
-                    (
-                        place,
-                        "null marks a missing node only in the heights of `nodes` of type `grid`; omit the node, or \
-                         send a grid"
-                            .into(),
-                    )
-                });
+                self.nulls.push(
+                    self.place(),
+                    "null marks a missing node only in the heights of `nodes` of type `grid`; omit the node, or send a grid",
+                );
             }
             other => {
                 self.arrays += usize::from(self.rows.is_none() && matches!(other, Token::Array));
-                self.note_wrong(format!("expected a number, found {}", other.name()));
+                self.wrong.push(self.place(), format!("expected a number, found {}", other.name()));
             }
         }
         cursor.skip_value()?;
         self.values.push(f64::NAN);
         Ok(())
-    }
-
-    #[cold]
-    fn note_wrong(&mut self, what: String) {
-        let place = self.place();
-        note(&mut self.wrong, || (place, what));
     }
 
     /// Place of the next number, as the rest of a pointer.
@@ -185,17 +145,10 @@ impl Numbers {
 
     /// Hands over what was wrong; `null` is a missing node where `null_is_missing`.
     pub fn report(&self, pointer: &str, null_is_missing: bool, faults: &mut Faults) {
-        self.wrong.report(pointer, faults);
+        faults.append(self.wrong.clone().within(pointer));
         if !null_is_missing {
-            self.nulls.report(pointer, faults);
+            faults.append(self.nulls.clone().within(pointer));
         }
-    }
-}
-
-fn note(noted: &mut Noted, what: impl FnOnce() -> (String, String)) {
-    noted.count += 1;
-    if noted.list.len() < Faults::MOST {
-        noted.list.push(what());
     }
 }
 
@@ -241,41 +194,4 @@ fn read_array(slice: &[u8], at: &str, null_is_missing: bool, faults: &mut Faults
     let numbers = Numbers::read(&mut Cursor::new(slice)).ok()?;
     numbers.report(at, null_is_missing, faults);
     (faults.count() == before).then_some(numbers)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_that_are_none_are_named() {
-        let first = |faults: &Faults| faults.list()[0].pointer.clone();
-        for (text, pointer) in
-            [("[1, \"2\"]", "/p/1"), ("[1, null]", "/p/1"), ("[[1]]", "/p/0"), ("3", "/p"), ("[1e999]", "/p/0")]
-        {
-            let mut faults = Faults::default();
-            assert!(read_numbers(text.as_bytes(), "/p", &mut faults).is_none(), "{text}");
-            assert_eq!(first(&faults), pointer, "{text}");
-        }
-        let mut faults = Faults::default();
-        assert_eq!(read_rows(b"[[1, 2], [3]]", "/p", &mut faults), Some((vec![1.0, 2.0, 3.0], vec![2, 1])));
-        assert!(read_rows(b"[1, 2]", "/p", &mut faults).is_none());
-        assert_eq!(first(&faults), "/p/0");
-    }
-
-    #[test]
-    fn rows_of_heights_are_concatenated_with_missing_ones() {
-        let mut faults = Faults::default();
-        let rows = read_heights(b"[[1, null], [], [3]]", "/p", &mut faults).unwrap();
-        assert_eq!(rows.rows, Some(vec![2, 0, 1]));
-        assert!(rows.values[0] == 1.0 && rows.values[1].is_nan() && rows.values[2] == 3.0);
-        let flat = read_heights(b"[null, 2]", "/p", &mut faults).unwrap();
-        assert!(flat.rows.is_none() && flat.values[0].is_nan() && flat.values[1] == 2.0);
-        assert_eq!(read_rows_of_heights(b"[[1], [null, 2]]", "/p", &mut faults).unwrap().1, [1, 2]);
-        assert!(faults.is_empty() && read_heights(b"[[1], 2]", "/p", &mut faults).is_none());
-        assert_eq!(faults.list()[0].pointer, "/p/1");
-        let mut faults = Faults::default();
-        assert!(read_rows_of_heights(b"[1, null]", "/p", &mut faults).is_none());
-        assert_eq!(faults.list()[0].pointer, "/p/0");
-    }
 }
