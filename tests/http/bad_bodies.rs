@@ -20,12 +20,32 @@ pub fn gzip(bytes: &[u8]) -> Vec<u8> {
 #[tokio::test]
 async fn text_that_is_not_json_is_400_with_its_place() {
     let app = TestApp::start().await;
-    for text in
-        ["", "nonsense", "{", "{\"nodes\":", "{\"nodes\":{}}}", "[1,]", "{\"nodes\":{\"x\":[01]}}", "\u{feff}{}"]
-    {
+    for (text, place, word) in [
+        ("", "Line 1, column 1", "ends"),
+        ("{\n \"nodes\": nope}", "Line 2, column 11", "a value"),
+        ("{\"nodes\":{\"type\":\"grid\",\"z\":[[1,NaN]]}}", "column 33", "missing"),
+        ("{\"nodes\":{\"type\":\"grid\",\"z\":[[1,-Infinity]]}}", "column 33", "missing"),
+        ("{\"model\":{\"a\":nan}}", "column 15", "missing"),
+        ("{\"nodes\":{\"x\":[01]}}", "column 16", "superfluous"),
+        ("{\"nodes\":{\"x\":[1.]}}", "column 18", "decimal"),
+        ("{\"nodes\":{\"x\":[.5]}}", "column 16", "value"),
+        ("{\"nodes\":{\"x\":[+1]}}", "column 16", "value"),
+        ("{\"nodes\":{\"x\":[0x1]}}", "column 17", "`,` or `]`"),
+        ("{\"nodes\":{\"x\":[1,]}}", "column 18", "value"),
+        ("{\"nodes\":{\"x\":[1 2]}}", "column 18", "`,` or `]`"),
+        ("{\"nodes\":{\"x\":[1", "column 17", "ends"),
+        ("{} {}", "column 4", "follows"),
+        ("nonsense", "Line 1, column 1", "a value"),
+        ("{\"nodes\":{}}}", "Line 1, column 13", "follows"),
+        ("\u{feff}{}", "Line 1, column 1", "a value"),
+    ] {
         let body = app.fit(text).await.problem(400, "malformed_body");
-        assert!(body["detail"].as_str().unwrap().starts_with("Line 1, column "), "{body}");
+        let detail = body["detail"].as_str().unwrap();
+        assert!(detail.contains(place) && detail.contains(word), "{text}: {detail}");
     }
+    let deep = format!("{{\"model\":{}1{}}}", "[".repeat(50), "]".repeat(50));
+    app.fit(&deep).await.problem(400, "malformed_body");
+    send(app.post("/v1/fits", b"{\"\xff\":1}".to_vec())).await.problem(400, "malformed_body");
     let body = send(app.post("/v1/fits", vec![0xff, 0xfe])).await.problem(400, "malformed_body");
     assert!(body["detail"].as_str().unwrap().contains("0xff"));
 }

@@ -249,3 +249,41 @@ async fn a_key_of_a_map_occurs_once() {
     assert!(answer.text.contains("occurs twice"), "{}", answer.text);
     app.stop().await;
 }
+
+/// Every error of a body is found once, whatever else is wrong around it.
+#[tokio::test]
+async fn every_error_is_found_once() {
+    let app = TestApp::start().await;
+    let motion = |text: &str| format!(r#"{{"tool":{{"points":[]}},"motion":{text},"radius_range_mm":[1,2]}}"#);
+    let many: String = (0..500).map(|i| format!(r#","k{i}":1"#)).collect();
+    let long = format!(r#"{{"name":1,"gear":2,"machine":"{}"}}"#, "x".repeat(100_000));
+    let job = |text: &str| ("/v1/jobs", text.to_owned());
+    for ((path, body), expected) in [
+        (
+            job(r#"{"gear":{},"tags":{"a":1,"b":"x","c":2}}"#),
+            &["gear/normal_module_mm", "gear/teeth", "name", "tags/a", "tags/c"][..],
+        ),
+        (job(r#"{"name":"w","name":"v","gear":7}"#), &["gear", "name"]),
+        // the first of two may be wrong by itself
+        (job(r#"{"name":5,"name":"v","gear":7}"#), &["gear", "name", "name"]),
+        (job(r#"{"gear":{"teeth":0,"teeth":20,"normal_module_mm":1}}"#), &["gear/teeth", "gear/teeth", "name"]),
+        (
+            job(r#"{"name":1,"tags":{"a":[1]},"gear":{"teeth":[]}}"#),
+            &["gear/normal_module_mm", "gear/teeth", "name", "tags/a"],
+        ),
+        (job(&long), &["gear", "machine", "name"]),
+        (("/v1/gears/envelope", motion("{}")), &["motion/type"]),
+        // fields of a union of which nobody knows which one it is are not called unknown
+        (("/v1/gears/envelope", motion(r#"{"pitch_radius_mm":26,"internal":true}"#)), &["motion/type"]),
+        (("/v1/gears/envelope", motion(r#"{"type":"worm","pitch_radius_mm":26}"#)), &["motion/type"]),
+        (("/v1/gears/envelope", motion(r#"{"type":["rack"],"pitch_radius_mm":26}"#)), &["motion/type"]),
+        (("/v1/gears/envelope", motion(r#"{"type":"rack"}"#)), &["motion/pitch_radius_mm"]),
+        (("/v1/gears/envelope", motion(r#"["rack",26]"#)), &["motion"]),
+    ] {
+        let mut found = send(app.post(path, body.clone())).await.pointers();
+        found.sort_unstable();
+        assert_eq!(found, expected.iter().map(|name| format!("/{name}")).collect::<Vec<_>>(), "{body}");
+    }
+    assert_eq!(send(app.post("/v1/jobs", format!(r#"{{"name":1{many}}}"#))).await.pointers().len(), 100);
+    app.stop().await;
+}

@@ -203,34 +203,3 @@ impl From<ApiKey> for KeyBody {
         KeyBody::of(&key, None)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn pointers(text: &str) -> Vec<String> {
-        let body: NewKeyBody = serde_json::from_str(text).unwrap();
-        let drafted = body.draft("2026-11-23T12:00:00Z".parse().unwrap());
-        drafted.err().map_or_else(Vec::new, |faults| faults.list().iter().map(|f| f.pointer.clone()).collect())
-    }
-
-    #[test]
-    fn rights_of_a_new_key_are_specified_once() {
-        for (text, wrong) in [
-            (r#"{"name":"n","role":"reader"}"#, &[][..]),
-            (r#"{"name":"n","scopes":["read","read"],"expires_at":"2026-11-23T12:00:01Z"}"#, &[]),
-            (r#"{"name":"n","role":"admin","kind":"certificate","san":"press7.example"}"#, &[]),
-            (r#"{"name":"n"}"#, &["/role"]),
-            (r#"{"name":"n","role":"reader","scopes":["read"]}"#, &["/scopes"]),
-            (r#"{"name":"n","scopes":[]}"#, &["/scopes"]),
-            (r#"{"name":"n","role":"reader","san":"x"}"#, &["/san"]),
-            (r#"{"name":"n","role":"reader","kind":"certificate"}"#, &["/san"]),
-            (
-                r#"{"name":"n","kind":"certificate","san":"*.x","expires_at":"2026-11-23T12:00:00Z"}"#,
-                &["/role", "/san", "/expires_at"],
-            ),
-        ] {
-            assert_eq!(pointers(text), wrong, "{text}");
-        }
-    }
-}

@@ -70,38 +70,3 @@ fn object_of(item: &RefOr<Schema>, parts: &Schemas) -> Option<Object> {
         RefOr::T(_) => None,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use serde_json::{Value, json};
-
-    use super::*;
-
-    #[test]
-    fn parts_become_one_object() {
-        let part = |name: &str| json!({"type": "object", "required": [name], "properties": {name: {"type": "string"}}});
-        let mut closed = part("a");
-        closed["additionalProperties"] = json!(false);
-        let mut schemas: Schemas = serde_json::from_value(json!({
-            "Part": part("b"),
-            "Whole": {"allOf": [closed, {"$ref": "#/components/schemas/Part"}, {"allOf": [part("c")]}],
-                "description": "d"}
-        }))
-        .unwrap();
-        flatten(&mut schemas);
-        let union = json!({"allOf": [part("a"), {"oneOf": [{"type": "null"}, part("b"), part("c")]}]});
-        let mut optional: Schemas = serde_json::from_value(json!({"Whole": union})).unwrap();
-        flatten(&mut optional);
-        assert_eq!(serde_json::to_value(&optional["Whole"]).unwrap()["required"], json!(["a"]));
-        let text = json!({"type": "string"});
-        assert_eq!(
-            serde_json::to_value(&schemas["Whole"]).unwrap(),
-            json!({"type": "object", "required": ["a", "b", "c"], "description": "d", "additionalProperties": false,
-                   "properties": {"a": text, "b": text, "c": text}})
-        );
-        assert_eq!(
-            serde_json::to_value::<&Value>(&part("b")).unwrap(),
-            serde_json::to_value(&schemas["Part"]).unwrap()
-        );
-    }
-}

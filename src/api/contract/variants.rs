@@ -73,32 +73,3 @@ fn pascal(tag: &str) -> String {
     });
     words.collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use serde_json::json;
-
-    use super::*;
-
-    #[test]
-    fn alternatives_have_names_and_a_discriminator() {
-        let item = |tag: &str| {
-            json!({"type": "object", "required": ["type"],
-            "properties": {"type": {"type": "string", "enum": [tag]}}})
-        };
-        let mut schemas: Schemas = serde_json::from_value(json!({
-            "Shape": {"oneOf": [item("tip_relief"), item("crowning")]},
-            "Plain": {"oneOf": [{"type": "string"}, {"type": "integer"}]}
-        }))
-        .unwrap();
-        name(&mut schemas);
-        let names: Vec<_> = schemas.keys().map(String::as_str).collect();
-        assert_eq!(names, ["CrowningShape", "Plain", "Shape", "TipReliefShape"]);
-        let shape = serde_json::to_value(&schemas["Shape"]).unwrap();
-        assert_eq!(shape["oneOf"][0], json!({"$ref": "#/components/schemas/TipReliefShape"}));
-        assert_eq!(shape["discriminator"]["mapping"]["crowning"], "#/components/schemas/CrowningShape");
-        let tip = serde_json::to_value(&schemas["TipReliefShape"]).unwrap();
-        assert!(tip["properties"]["type"]["description"].as_str().unwrap().contains("`tip_relief`"));
-        assert!(serde_json::to_value(&schemas["Plain"]).unwrap().get("discriminator").is_none());
-    }
-}

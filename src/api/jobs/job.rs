@@ -221,33 +221,3 @@ impl From<Job> for JobBody {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_patch_distinguishes_kept_from_cleared_fields() {
-        let read = |text: &str| serde_json::from_str::<JobPatchBody>(text).unwrap().try_into();
-        let patch: JobPatch = read(r#"{"clear":["machine"],"part_number":"P"}"#).unwrap();
-        assert_eq!((patch.machine, patch.serial_number), (Update::Clear, Update::Keep));
-        assert_eq!(patch.part_number, Update::Set("P".to_owned()));
-        let both: Result<JobPatch, Faults> = read(r#"{"clear":["gear","machine"],"machine":"M"}"#);
-        assert_eq!(both.unwrap_err().list()[0].pointer, "/clear/1");
-        let twice: Result<JobPatch, Faults> =
-            read(r#"{"clear":["machine","gear","machine","part_number"],"machine":"M","part_number":"P"}"#);
-        let pointers: Vec<String> = twice.unwrap_err().list().iter().map(|fault| fault.pointer.clone()).collect();
-        assert_eq!(pointers, ["/clear/3", "/clear/0", "/clear/2"]);
-        assert!(serde_json::from_str::<JobPatchBody>(r#"{"id":"x"}"#).is_err());
-    }
-
-    #[test]
-    fn a_gear_survives_being_stored() {
-        let body: NewJobBody =
-            serde_json::from_str(r#"{"name":"n","gear":{"teeth":20,"normal_module_mm":2.5}}"#).unwrap();
-        let gear = body.gear.clone();
-        let draft = JobDraft::try_from(body).unwrap();
-        assert_eq!(draft.gear.as_deref(), Some(r#"{"teeth":20,"normal_module_mm":2.5}"#));
-        assert_eq!(serde_json::from_str::<GearBody>(&draft.gear.unwrap()).ok(), gear);
-    }
-}

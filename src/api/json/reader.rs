@@ -225,37 +225,3 @@ impl<'de> MapAccess<'de> for Members<'_, 'de> {
         seed.deserialize(reader).map_err(|refusal| refusal.at(&location))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[derive(Debug, PartialEq, Deserialize)]
-    #[serde(tag = "type", rename_all = "snake_case")]
-    enum Shape {
-        Circle { radius: f64, colour: Option<String> },
-        Point {},
-    }
-
-    #[test]
-    fn unions_are_read_and_null_is_absent() {
-        let circle = |radius, colour: Option<&str>| Shape::Circle { radius, colour: colour.map(str::to_owned) };
-        for (text, shape) in [
-            (r#"{"type":"circle","radius":2,"colour":null}"#, circle(2.0, None)),
-            (r#"{"colour":"r\u0065d","radius":-0.0,"type":"circle"}"#, circle(0.0, Some("red"))),
-            (r#" { "type" : "point", "x" : null } "#, Shape::Point {}),
-        ] {
-            assert_eq!(read::<Shape>(text.as_bytes()).unwrap(), shape, "{text}");
-        }
-        let Shape::Circle { radius, .. } = read(br#"{"radius":-0,"type":"circle"}"#).unwrap() else { panic!() };
-        assert!(radius.is_sign_positive());
-        assert_eq!(read::<Vec<Option<i64>>>(b"[1, null, -3]").unwrap(), [Some(1), None, Some(-3)]);
-        assert!(read::<[u8; 2]>(b"[1,2,3]").is_err());
-    }
-
-    #[test]
-    fn a_refusal_has_its_place() {
-        let faults = read::<Vec<Vec<u8>>>(b"[[1],[2,300]]").unwrap_err().faults("/a");
-        assert_eq!(faults.list()[0].pointer, "/a/1/1");
-    }
-}

@@ -262,7 +262,27 @@ async fn refusals_list_the_admissible_values() {
 }
 
 #[tokio::test]
-async fn nobody_grants_rights_that_they_lack() {
+async fn what_a_key_allows_is_said_once() {
+    let app = start().await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    for (body, wrong) in [
+        (json!({"name": "n"}), &["/role"][..]),
+        (json!({"name": "n", "role": "reader", "scopes": ["read"]}), &["/scopes"]),
+        (json!({"name": "n", "scopes": []}), &["/scopes"]),
+        (json!({"name": "n", "role": "reader", "san": "x"}), &["/san"]),
+        (json!({"name": "n", "role": "reader", "kind": "certificate"}), &["/san"]),
+        (
+            json!({"name": "n", "kind": "certificate", "san": "*.x", "expires_at": "2020-11-23T12:00:00Z"}),
+            &["/role", "/san", "/expires_at"],
+        ),
+    ] {
+        assert_eq!(post(&app, &admin, "/v1/keys", &body).await.pointers(), wrong, "{body}");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn nobody_grants_what_they_have_not() {
     let app = start().await;
     let admin = key_of(&app, "default", Role::Admin).await;
     for role in ["reader", "operator", "engineer", "auditor", "admin"] {

@@ -28,7 +28,9 @@ async fn tolerances_of_the_standard() {
         assert!(answer["rounded"][name].as_f64().unwrap() > 0.0);
     }
     assert_eq!(answer["rounded"]["cumulative_pitch_um"], 19.0);
-    for (class, pointer) in [(12, "/class"), (5, "/gear/normal_module_mm")] {
+    let classes = ["0", "12", "256", "-1", "5.5"].map(|class| (class, "/class"));
+    for (class, pointer) in classes.into_iter().chain([("5", "/gear/normal_module_mm")]) {
+        let class: Value = serde_json::from_str(class).unwrap();
         let outside = json!({"gear": {"teeth": 50, "normal_module_mm": 0.3, "face_width_mm": 20.0}, "class": class});
         assert_eq!(pointers(&app, "/v1/gears/tolerances", &outside).await, [pointer]);
     }

@@ -53,6 +53,8 @@ async fn base_circles_of_the_paper() {
         (json!({"helix_angle_deg": 90}), "/gear/helix_angle_deg"),
         (json!({"tip_diameter_mm": 40}), "/gear/tip_diameter_mm"),
         (json!({"tip_diameter_mm": 53, "root_diameter_mm": 54}), "/gear/tip_diameter_mm"),
+        (json!({"internal": true, "tip_diameter_mm": 60}), "/gear/tip_diameter_mm"),
+        (json!({"helix_angle_deg": -5, "hand": "right"}), "/gear/hand"),
     ] {
         let mut gear = spur();
         gear.as_object_mut().unwrap().extend(change.as_object().unwrap().clone());
