@@ -49,66 +49,43 @@ pub enum IncludeName {
     Enclosure,
 }
 
-/// The names of what is asked for.
-pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
-    let names: Vec<_> = [
-        (include.residuals, IncludeName::Residuals),
-        (include.fitted, IncludeName::Fitted),
-        (include.collinearity, IncludeName::Collinearity),
-        (include.lambda_curve, IncludeName::LambdaCurve),
-        (include.matrix_b, IncludeName::MatrixB),
-        (include.ridge_trace, IncludeName::RidgeTrace),
-        (include.robust_weights, IncludeName::RobustWeights),
-        (include.peaks, IncludeName::Peaks),
-        (include.covariance, IncludeName::Covariance),
-        (include.influence, IncludeName::Influence),
-        (include.shape, IncludeName::Shape),
-        (include.representative, IncludeName::Representative),
-        (include.predicted_mse, IncludeName::PredictedMse),
-        (include.enclosure, IncludeName::Enclosure),
-    ]
-    .into_iter()
-    .filter_map(|(wanted, name)| wanted.then_some(name))
-    .collect();
+/// The flag of each name.
+const FLAGS: [(IncludeName, fn(&mut spec::Include) -> &mut bool); 14] = [
+    (IncludeName::Residuals, |include| &mut include.residuals),
+    (IncludeName::Fitted, |include| &mut include.fitted),
+    (IncludeName::Collinearity, |include| &mut include.collinearity),
+    (IncludeName::LambdaCurve, |include| &mut include.lambda_curve),
+    (IncludeName::MatrixB, |include| &mut include.matrix_b),
+    (IncludeName::RidgeTrace, |include| &mut include.ridge_trace),
+    (IncludeName::RobustWeights, |include| &mut include.robust_weights),
+    (IncludeName::Peaks, |include| &mut include.peaks),
+    (IncludeName::Covariance, |include| &mut include.covariance),
+    (IncludeName::Influence, |include| &mut include.influence),
+    (IncludeName::Shape, |include| &mut include.shape),
+    (IncludeName::Representative, |include| &mut include.representative),
+    (IncludeName::PredictedMse, |include| &mut include.predicted_mse),
+    (IncludeName::Enclosure, |include| &mut include.enclosure),
+];
+
+/// Returns the names of the requested parts.
+pub fn named(mut include: spec::Include) -> Option<Vec<IncludeName>> {
+    let names: Vec<_> = FLAGS.iter().filter(|(_, flag)| *flag(&mut include)).map(|(name, _)| *name).collect();
     (!names.is_empty()).then_some(names)
 }
 
 /// Returns the requested parts.
 pub fn include(names: &[IncludeName]) -> spec::Include {
-    spec::Include {
-        residuals: names.contains(&IncludeName::Residuals),
-        fitted: names.contains(&IncludeName::Fitted),
-        collinearity: names.contains(&IncludeName::Collinearity),
-        lambda_curve: names.contains(&IncludeName::LambdaCurve),
-        matrix_b: names.contains(&IncludeName::MatrixB),
-        ridge_trace: names.contains(&IncludeName::RidgeTrace),
-        robust_weights: names.contains(&IncludeName::RobustWeights),
-        peaks: names.contains(&IncludeName::Peaks),
-        covariance: names.contains(&IncludeName::Covariance),
-        influence: names.contains(&IncludeName::Influence),
-        shape: names.contains(&IncludeName::Shape),
-        representative: names.contains(&IncludeName::Representative),
-        predicted_mse: names.contains(&IncludeName::PredictedMse),
-        enclosure: names.contains(&IncludeName::Enclosure),
+    let mut include = spec::Include::default();
+    for (_, flag) in FLAGS.iter().filter(|(name, _)| names.contains(name)) {
+        *flag(&mut include) = true;
     }
+    include
 }
 
 /// Returns the union of both.
-pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
-    spec::Include {
-        residuals: a.residuals | b.residuals,
-        fitted: a.fitted | b.fitted,
-        collinearity: a.collinearity | b.collinearity,
-        lambda_curve: a.lambda_curve | b.lambda_curve,
-        matrix_b: a.matrix_b | b.matrix_b,
-        ridge_trace: a.ridge_trace | b.ridge_trace,
-        robust_weights: a.robust_weights | b.robust_weights,
-        peaks: a.peaks | b.peaks,
-        covariance: a.covariance | b.covariance,
-        influence: a.influence | b.influence,
-        shape: a.shape | b.shape,
-        representative: a.representative | b.representative,
-        predicted_mse: a.predicted_mse | b.predicted_mse,
-        enclosure: a.enclosure | b.enclosure,
+pub fn both(mut a: spec::Include, mut b: spec::Include) -> spec::Include {
+    for (_, flag) in FLAGS {
+        *flag(&mut a) |= *flag(&mut b);
     }
+    a
 }
