@@ -7,10 +7,7 @@ use utoipa::ToSchema;
 use super::design::modification::{self, ModificationBody};
 use crate::api::faults::Faults;
 use flankfit_engine::gear::{
-    Gear, Modifications, Side,
-    correction::flank::Design,
-    evaluation::flank_surface::FlankFigures,
-    modification::{MOST, Range},
+    Gear, Modifications, Side, correction::flank::Design, evaluation::flank_surface::FlankFigures, modification::Range,
 };
 
 /// Designed deviations of the flanks from the involute, in µm: figures with the signs of measured
@@ -98,9 +95,6 @@ impl DesignBody {
             if range.is_some_and(|[from, to]| from == to) {
                 faults.push(format!("{at}/{name}"), "the range has no length: give two different ends");
             }
-        }
-        if self.modifications.len() > MOST {
-            faults.push(format!("{at}/modifications"), format!("at most {MOST} modifications"));
         }
         let Some(gear) = gear.filter(|_| faults.count() == before) else { return };
         match self.on(gear, Side::Left, at) {

@@ -8,11 +8,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::{Faults, pointer_of},
-    json::{
-        members::{Member, of_request},
-        request::request,
-        text::ShortText,
-    },
+    json::{members::of_request, request::request, text::ShortText},
     problem::{Problem, Room},
 };
 use flankfit_engine::{
@@ -124,7 +120,7 @@ pub fn curve(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let shape = members.curve.required(&mut faults);
     let format = members.format.required(&mut faults);
     let name = members.name.read(&mut faults).map(String::from);
-    let tolerance = read_tolerance(&members.tolerance, &mut faults);
+    let tolerance = members.tolerance.read(&mut faults);
     let (Some(shape), Some(format)) = (shape, format) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = name.unwrap_or_else(|| "curve".to_owned());
@@ -140,7 +136,7 @@ pub fn surface(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem>
     let shape = members.surface.required(&mut faults);
     let format = members.format.required(&mut faults);
     let name = members.name.read(&mut faults).map(String::from);
-    let tolerance = read_tolerance(&members.tolerance, &mut faults);
+    let tolerance = members.tolerance.read(&mut faults);
     let samples = members.samples.optional(&mut faults).flatten();
     if samples.is_some_and(|samples| samples.contains(&0)) {
         faults.push("/samples", "at least 1 along each parameter");
@@ -292,14 +288,6 @@ fn write_mesh(
             ("obj", "model/obj", obj::write(&[NamedMesh { name, mesh }], &[], label)?)
         }
     })
-}
-
-fn read_tolerance(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> {
-    let tolerance = member.read(faults)?;
-    if tolerance <= 0.0 {
-        faults.push(member.pointer(), format!("{} is not greater than 0", Shown(tolerance)));
-    }
-    Some(tolerance)
 }
 
 /// Returns the header of the file.

@@ -27,7 +27,7 @@ use flankfit_engine::{
     gear::{
         correction as gear_correction,
         correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping},
-        simulation::{MOST_CORRECTIONS, MachineSpec, Simulation, Strategy, closed_loop},
+        simulation::{MachineSpec, Simulation, Strategy, closed_loop},
     },
     numerics::{cancel, check},
 };
@@ -63,10 +63,6 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
         return Err(Problem::invalid(Faults::one("/grid", detail)));
     }
     let corrections = body.corrections.unwrap_or(2);
-    if !(1..=MOST_CORRECTIONS).contains(&corrections) {
-        let detail = format!("{corrections} is not within 1 to {MOST_CORRECTIONS}");
-        return Err(Problem::invalid(Faults::one("/corrections", detail)));
-    }
     let uncertainty = body.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY);
     let drawn = Simulation::new(machine.clone()).map_err(Problem::invalid)?;
     let condition = cancel::uncounted(|| condition(&machine))?;

@@ -1,6 +1,7 @@
 //! Bands of K-charts on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{contract::Pair, faults::Faults};
@@ -10,10 +11,6 @@ use flankfit_engine::gear::{
     trace::MOST_DEVIATION,
 };
 
-/// Most bands of a request or of a job.
-pub const MOST_BANDS: usize = 20;
-/// Most points of a line.
-pub const MOST_POINTS: usize = 1000;
 /// Most points of all lines of a request or of a job: they stand in every answer.
 pub const MOST_POINTS_IN_ALL: usize = 4000;
 
@@ -21,6 +18,7 @@ pub const MOST_POINTS_IN_ALL: usize = 4000;
 /// `[place, µm]`. Deviations are from the unmodified flank or the design, transverse, and positive
 /// where material protrudes. Each trace may be shifted as a whole, since measuring machines zero
 /// each by itself.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = KBand, example = json!({"kind": "profile", "profile_axis": "diameter",
@@ -29,13 +27,10 @@ pub struct KBandBody {
     /// Kind of the traces.
     pub kind: Kind,
     /// Flank of the traces; both by default.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<Side>,
     /// Reference of the deviations. Default `involute`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
-    /// Coordinate of places of profiles; those of helices are z in mm. Default `roll_length`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Coordinate of places of profiles. Default `roll_length`. Places of helices are z in mm.
     pub profile_axis: Option<ProfileAxis>,
     /// At least two points, places ascending. Samples outside its ends are not limited.
     #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
@@ -47,10 +42,6 @@ pub struct KBandBody {
 
 /// Refuses bands that are none on any gear.
 pub fn check_all(bands: &[KBandBody], at: &str, faults: &mut Faults) {
-    if bands.len() > MOST_BANDS {
-        faults.push(at, format!("{} bands; at most {MOST_BANDS} are allowed", bands.len()));
-        return;
-    }
     let points: usize = bands.iter().map(|band| band.upper.len() + band.lower.len()).sum();
     if points > MOST_POINTS_IN_ALL {
         faults.push(at, format!("{points} points in all; at most {MOST_POINTS_IN_ALL} are allowed"));
@@ -126,10 +117,6 @@ impl KBandBody {
 }
 
 fn check_line(line: &[[f64; 2]], at: &str, faults: &mut Faults) {
-    if !(2..=MOST_POINTS).contains(&line.len()) {
-        faults.push(at, format!("{} points; a line has 2 to {MOST_POINTS}", line.len()));
-        return;
-    }
     for (k, pair) in line.windows(2).enumerate() {
         if pair[0][0] >= pair[1][0] {
             faults.push(format!("{at}/{}/0", k + 1), format!("{} does not ascend after {}", pair[1][0], pair[0][0]));

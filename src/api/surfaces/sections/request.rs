@@ -16,11 +16,9 @@ use flankfit_engine::{
             section::{Description, at_right_angles},
         },
     },
-    words::{Shown, counted},
+    words::Shown,
 };
 
-/// Most planes of a family.
-const MOST_PLANES: usize = 1000;
 /// Most points of all sections.
 pub(super) const MOST_POINTS: usize = 200_000;
 /// How near curves come to the section where nothing is said, as splines and as chords.
@@ -94,9 +92,6 @@ pub(super) fn read(text: &[u8]) -> Result<Checked, Problem> {
     let chords = members.form.read(&mut faults) == Some(SectionFormName::Polyline);
     let tolerance = members.tolerance.read(&mut faults).unwrap_or(TOLERANCES[usize::from(chords)]);
     let mesh = members.mesh.read(&mut faults).unwrap_or(false);
-    if !(tolerance > 0.0) {
-        faults.push("/tolerance", format!("{} is not greater than 0", Shown(tolerance)));
-    }
     let families = families.map(|families| checked(&families, mesh, &mut faults));
     let (Some(surface), Some(families)) = (surface, families) else { return Err(Problem::invalid(faults)) };
     let how = Description { tolerance, chords, most: MOST_POINTS };
@@ -104,9 +99,7 @@ pub(super) fn read(text: &[u8]) -> Result<Checked, Problem> {
 }
 
 fn checked(families: &[PlaneFamilyBody], mesh: bool, faults: &mut Faults) -> Vec<Planes> {
-    if !(1..=2).contains(&families.len()) {
-        faults.push("/families", format!("{}; 1 or 2 are possible", counted(families.len(), "family", "families")));
-    } else if mesh && families.len() != 2 {
+    if mesh && families.len() != 2 {
         faults.push("/families", "a mesh is made of 2 families");
     }
     let family = |(k, PlaneFamilyBody { normal, offsets }): (usize, &PlaneFamilyBody)| {
@@ -117,11 +110,8 @@ fn checked(families: &[PlaneFamilyBody], mesh: bool, faults: &mut Faults) -> Vec
             faults.push(format!("/families/{k}/normal"), "a normal has a length above 0");
         }
         let normal = (normal / largest).normalize();
-        let least = if mesh { 2 } else { 1 };
-        if !(least..=MOST_PLANES).contains(&offsets.len()) {
-            let detail =
-                format!("{}; from {least} to {MOST_PLANES} are possible", counted(offsets.len(), "plane", "planes"));
-            faults.push(format!("/families/{k}/offsets"), detail);
+        if mesh && offsets.len() < 2 {
+            faults.push(format!("/families/{k}/offsets"), "1 plane; a mesh needs 2 or more");
         }
         for (i, pair) in offsets.windows(2).enumerate() {
             if !(pair[0] < pair[1]) {
