@@ -40,6 +40,7 @@ request! {
 
 /// Quantities and units on the axes of nodes: `u`, `v` and `z` of a surface, `x` and `y` of a
 /// curve, `y` of a measurement matrix.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Axes, example = json!({
@@ -49,19 +50,14 @@ request! {
 }))]
 pub struct AxesBody {
     /// First abscissa of a surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub u: Option<AxisBody>,
     /// Second abscissa of a surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub v: Option<AxisBody>,
     /// Heights of a surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<AxisBody>,
     /// Abscissa of a curve.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<AxisBody>,
     /// Heights of a curve or of a measurement matrix.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<AxisBody>,
 }
 

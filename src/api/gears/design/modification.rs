@@ -1,6 +1,7 @@
 //! Modifications of flanks on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::places::ProfileBody;
@@ -13,6 +14,7 @@ use flankfit_engine::gear::{
 /// Modification of the involute flank. Amounts are µm along the normal, positive where material is
 /// removed. They refer to the range given with them, over which u runs from root to tip and v from
 /// the lower to the higher end, both from −1 to 1.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields, expecting = "an object")]
 #[schema(as = FlankModification)]
@@ -21,14 +23,12 @@ pub enum ModificationBody {
     ProfileCrowning {
         /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_Hα u/2.
     ProfileSlope {
         /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// From 0 at its start to C_αa at the tip end of the range.
@@ -37,9 +37,7 @@ pub enum ModificationBody {
         amount_um: f64,
         /// Diameter where it begins; it does not change the flank from there to the root.
         start_diameter_mm: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<Growth>,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// From 0 at its start to C_αf at the root end of the range.
@@ -48,23 +46,19 @@ pub enum ModificationBody {
         amount_um: f64,
         /// Diameter where it begins; it does not change the flank from there to the tip.
         start_diameter_mm: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<Growth>,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_β v².
     HelixCrowning {
         /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_Hβ v/2.
     HelixSlope {
         /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_βI or C_βII: from 0 at `length_mm` inside an end of the range to the amount there.
@@ -74,16 +68,13 @@ pub enum ModificationBody {
         /// Distance from the end where it begins, along the axis.
         length_mm: f64,
         end: End,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<Growth>,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// S u v/4.
     Twist {
         /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// Values on a grid, constant outside its border.
@@ -93,9 +84,7 @@ pub enum ModificationBody {
         face_width_positions_mm: Vec<f64>,
         /// A row for each profile value.
         relief_um: Vec<Vec<f64>>,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         interpolation: Option<Interpolation>,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
 }
