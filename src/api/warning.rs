@@ -1,19 +1,34 @@
-//! Warnings about fits, shapes, registrations and corrections.
+//! Warnings about results.
 
-use flankfit_engine::{estimation::result::Warning, gear};
+use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-/// A warning about the result.
+use super::faults::pointer_of;
+use flankfit_engine::{
+    estimation::result::Warning,
+    gear::{
+        self,
+        evaluation::{
+            self,
+            warning::{PitchWarning, RunoutWarning, SurfaceWarning},
+        },
+        geometry,
+    },
+};
+
+/// A warning.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Warning)]
 pub struct WarningBody {
     /// Stable name.
     pub code: String,
+    /// JSON Pointer to the place in the request, if there is one.
+    pub pointer: Option<String>,
     /// Sentence with the relevant numbers.
     pub message: String,
     /// Values of the message, by names that end in their units. With `code` they suffice to write
@@ -26,22 +41,40 @@ pub struct WarningBody {
     pub at: Option<String>,
 }
 
-impl From<&Warning> for WarningBody {
-    fn from(warning: &Warning) -> Self {
-        WarningBody::new(warning.code(), warning.to_string()).with_values(warning)
-    }
+/// Converts warnings of the engine with a code, a message and values, and with the pointer of some.
+macro_rules! warnings_of_the_engine {
+    ($($type:ty $(: |$warning:ident| $pointer:expr)?),* $(,)?) => {
+        $(
+            impl From<&$type> for WarningBody {
+                fn from(warning: &$type) -> Self {
+                    let body = WarningBody::new(warning.code(), warning).with_values(warning);
+                    $(let $warning = warning; let body = WarningBody { pointer: $pointer, ..body };)?
+                    body
+                }
+            }
+        )*
+    };
 }
 
-impl From<&gear::warning::Warning> for WarningBody {
-    fn from(warning: &gear::warning::Warning) -> Self {
-        WarningBody::new(warning.code(), warning.to_string()).with_values(warning)
-    }
+warnings_of_the_engine! {
+    Warning,
+    gear::warning::Warning,
+    geometry::Warning,
+    RunoutWarning,
+    evaluation::Warning: |warning| warning.path().map(|path| pointer_of(&path)),
+    SurfaceWarning: |warning| Some(pointer_of(warning.path())),
 }
 
 impl WarningBody {
-    /// Creates a warning without values.
-    pub fn new(code: impl Into<String>, message: String) -> Self {
-        WarningBody { code: code.into(), message, params: None, at: None }
+    /// Creates a warning about the whole without values.
+    pub fn new(code: impl Into<String>, message: impl Display) -> Self {
+        WarningBody { code: code.into(), pointer: None, message: message.to_string(), params: None, at: None }
+    }
+
+    /// Converts a warning about pitches; `measured` is the place in the request of the deviations.
+    pub fn of_pitch(warning: &PitchWarning, measured: &str) -> Self {
+        let pointer = warning.is_of_measured().then(|| measured.to_owned());
+        WarningBody { pointer, ..WarningBody::new(warning.code(), warning).with_values(warning) }
     }
 
     /// Adds the values of the message.
@@ -52,7 +85,7 @@ impl WarningBody {
 
 /// Returns the fields of a warning; `None` if it has none. A number above the range of double is
 /// left out.
-pub(super) fn fields(values: &impl Serialize) -> Option<Map<String, Value>> {
+fn fields(values: &impl Serialize) -> Option<Map<String, Value>> {
     let Ok(Value::Object(mut fields)) = serde_json::to_value(values) else { return None };
     fields.retain(|_, value| !value.is_null());
     (!fields.is_empty()).then_some(fields)

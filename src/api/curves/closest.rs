@@ -8,9 +8,9 @@ use super::points::space;
 use crate::api::{
     contract::Coordinates,
     faults::Faults,
-    json::{members::of_request, numbers::read_rows, request::request, writer::Json},
+    json::{members::of_request, numbers::read_rows, request::request, writer::whole_of},
     problem::Problem,
-    shapes::places::{out_of_range, write_points},
+    shapes::places::{Values, out_of_range},
 };
 use flankfit_engine::{
     geometry::{
@@ -36,19 +36,22 @@ request! {
 
 /// Closest points, in the order of the given points.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveFeet)]
 pub struct CurveFeetBody {
     /// Parameters of the closest points on the curve.
-    pub parameters: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub parameters: Values,
     /// The closest points; for a graph (x, y).
     #[schema(value_type = Vec<Coordinates>)]
-    pub points: Vec<Vec<f64>>,
+    pub points: Values,
     /// Distance of each given point from the curve, in the caller's unit, never negative.
-    pub distances: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub distances: Values,
     /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Absent
     /// where the curve has no direction at one of the closest points.
-    pub signed_distances: Option<Vec<f64>>,
+    #[schema(value_type = Option<Vec<f64>>)]
+    pub signed_distances: Option<Values>,
 }
 
 /// Answers a request. Processor work.
@@ -89,18 +92,13 @@ pub fn read_points(slice: &[u8], width: usize, faults: &mut Faults) -> Option<Ve
 fn write(curve: &CurveShape, points: &[Vector], width: usize) -> Result<Vec<u8>, Problem> {
     let closest = Closest::on(curve);
     let feet: Vec<_> = points.iter().map(|point| closest.to(*point)).collect();
-    let numbers = |of: fn(&_) -> f64| feet.iter().map(of).collect::<Vec<_>>();
+    let numbers = |of: fn(&_) -> f64| feet.iter().map(of).collect::<Vec<_>>().into();
     let signed: Option<Vec<f64>> = feet.iter().map(|foot| foot.signed_distance).collect();
-    let mut json = Json::with_capacity(128 + 22 * feet.len() * (width + 3));
-    let mut object = json.object();
-    object.numbers("parameters", &numbers(|foot| foot.parameter));
-    write_points(&mut object, "points", width, feet.iter().map(|foot| foot.point));
-    object.numbers("distances", &numbers(|foot| foot.distance));
-    if width == 2
-        && let Some(signed) = &signed
-    {
-        object.numbers("signed_distances", signed);
-    }
-    object.end();
-    json.finish().map_err(|_| out_of_range("/points"))
+    let body = CurveFeetBody {
+        parameters: numbers(|foot| foot.parameter),
+        points: Values::new(width, feet.iter().map(|foot| foot.point)),
+        distances: numbers(|foot| foot.distance),
+        signed_distances: signed.filter(|_| width == 2).map(Values::from),
+    };
+    whole_of(128 + 22 * feet.len() * (width + 3), &body).map_err(|_| out_of_range("/points"))
 }

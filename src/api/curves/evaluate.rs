@@ -6,9 +6,9 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
-    json::{members::of_request, request::request, writer::Json},
+    json::{members::of_request, request::request, writer::whole_of},
     problem::Problem,
-    shapes::places::{out_of_range, within},
+    shapes::places::{Values, out_of_range, within},
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -51,23 +51,28 @@ pub enum CurveIncludeName {
 
 /// A curve at parameters, in the order of `at`.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveValues)]
 pub struct CurveValuesBody {
     /// Points of the curve; numbers for a graph.
-    pub values: Vec<Point>,
+    #[schema(value_type = Vec<Point>)]
+    pub values: Values,
     /// By order: first derivatives, second ones, …
-    pub derivatives: Option<Vec<Vec<Point>>>,
+    #[schema(value_type = Option<Vec<Vec<Point>>>)]
+    pub derivatives: Option<Vec<Values>>,
     /// With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
     /// turns left. Absent, with a warning, where the first derivative is 0 at one of the
     /// parameters.
-    pub curvature: Option<Vec<f64>>,
+    #[schema(value_type = Option<Vec<f64>>)]
+    pub curvature: Option<Values>,
     /// With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
     /// the parameters.
-    pub torsion: Option<Vec<f64>>,
+    #[schema(value_type = Option<Vec<f64>>)]
+    pub torsion: Option<Values>,
     /// Length from the start of the domain to each parameter; for a graph that of the line (x,
     /// y(x)).
-    pub arc_length: Option<Vec<f64>>,
+    #[schema(value_type = Option<Vec<f64>>)]
+    pub arc_length: Option<Values>,
     /// Length of the whole curve.
     pub length: Option<f64>,
     /// Estimated error of the lengths.
@@ -104,46 +109,38 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             bends.add(index, measure::bending(&curve, *t));
         }
     }
-    let mut json = Json::with_capacity(256 + 22 * at.len() * (width * (derivatives + 1) + 1));
-    let mut object = json.object();
-    object.values("values", width, &orders[0]);
-    if derivatives > 0 {
-        object.lists_of_values("derivatives", width, &orders[1..]);
-    }
-    if derivatives >= 2 && bends.still.is_none() {
-        object.numbers("curvature", &bends.curvature);
-        if derivatives == 3 && bends.has_torsion {
-            object.numbers("torsion", &bends.torsion);
-        }
-    }
     let mut warnings = Vec::new();
-    if arc_length {
-        let lengths = Lengths::of(&curve, &at).ok_or_else(|| out_of_range("/at"))?;
-        if !lengths.converged {
-            let message = format!(
-                "the lengths are accurate to {} only: the curve is small or irregular relative to its coordinates",
-                rounded(lengths.error, 2)
-            );
-            warnings.push(("length_uncertain", message));
-        }
-        object
-            .numbers("arc_length", &lengths.from_start)
-            .number("length", lengths.whole)
-            .number("length_error", lengths.error);
+    let lengths = match arc_length {
+        true => Some(Lengths::of(&curve, &at).ok_or_else(|| out_of_range("/at"))?),
+        false => None,
+    };
+    if let Some(lengths) = lengths.as_ref().filter(|lengths| !lengths.converged) {
+        let message = format!(
+            "the lengths are accurate to {} only: the curve is small or irregular relative to its coordinates",
+            rounded(lengths.error, 2)
+        );
+        warnings.push(WarningBody::new("length_uncertain", message));
     }
     warnings.extend(bends.still.map(|(first, count)| {
         let message = format!(
             "the first derivative is 0 at {count} of the parameters, first at number {first}: there is no curvature \
              there"
         );
-        ("no_curvature", message)
+        WarningBody::new("no_curvature", message)
     }));
-    object
-        .list("warnings", warnings, |object, (code, message)| {
-            object.field("code", &code).field("message", &message);
-        })
-        .end();
-    json.finish().map_err(|_| out_of_range("/at"))
+    let has_curvature = derivatives >= 2 && bends.still.is_none();
+    let mut orders = orders.into_iter().map(|flat| Values { width, flat });
+    let body = CurveValuesBody {
+        values: orders.next().unwrap_or_else(|| Vec::new().into()),
+        derivatives: (derivatives > 0).then(|| orders.collect()),
+        curvature: has_curvature.then(|| bends.curvature.into()),
+        torsion: (has_curvature && derivatives == 3 && bends.has_torsion).then(|| bends.torsion.into()),
+        length: lengths.as_ref().map(|lengths| lengths.whole),
+        length_error: lengths.as_ref().map(|lengths| lengths.error),
+        arc_length: lengths.map(|lengths| lengths.from_start.into()),
+        warnings,
+    };
+    whole_of(256 + 22 * at.len() * (width * (derivatives + 1) + 1), &body).map_err(|_| out_of_range("/at"))
 }
 
 /// Curvatures and torsions, place by place.
@@ -200,9 +197,6 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let curve = members.curve.required(&mut faults);
     let at = members.at.numbers(&mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
-    if derivatives > 3 {
-        faults.push("/derivatives", format!("{derivatives} exceeds 3, the highest order"));
-    }
     let include = members.include.read(&mut faults).unwrap_or_default();
     let arc_length = include.contains(&CurveIncludeName::ArcLength);
     if let (Some(curve), Some(at)) = (&curve, &at) {

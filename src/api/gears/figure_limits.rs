@@ -2,7 +2,7 @@
 //! limits are given for.
 
 use crate::api::{
-    gears::{notice::NoticeBody, plausibility::digits, requirements::RequirementsBody},
+    gears::{plausibility::digits, requirements::RequirementsBody},
     warning::WarningBody,
 };
 use serde_json::{Value, json};
@@ -105,14 +105,8 @@ impl Uncovered {
     }
 }
 
-impl From<&Uncovered> for NoticeBody {
-    fn from(found: &Uncovered) -> Self {
-        NoticeBody::new(RANGE_NOT_COVERED, &found.message).with_values(&found.values())
-    }
-}
-
 impl From<&Uncovered> for WarningBody {
     fn from(found: &Uncovered) -> Self {
-        WarningBody::new(RANGE_NOT_COVERED, found.message.clone()).with_values(&found.values())
+        WarningBody::new(RANGE_NOT_COVERED, &found.message).with_values(&found.values())
     }
 }

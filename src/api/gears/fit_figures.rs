@@ -9,12 +9,11 @@ use utoipa::ToSchema;
 use super::{
     figure_limits::{self, Spanned},
     gear::of_text,
-    notice::NoticeBody,
     plausibility::{IMPLAUSIBLE_UNIT, Noise, implausible},
     requirements::{RequirementsBody, class_left_aside},
 };
 use crate::{
-    api::{json::writer, measurand::axes::AxesBody},
+    api::{json::writer, measurand::axes::AxesBody, warning::WarningBody},
     jobs::{Job, Measurand},
 };
 use flankfit_engine::{
@@ -57,7 +56,7 @@ pub struct FitFiguresBody {
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
     /// Warnings about the figures, and the reasons for absent ones.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 impl FitFiguresBody {
@@ -138,7 +137,7 @@ impl OfFlank {
             return None;
         }
         let missing = missing(&self.axes, self.side, self.gear.is_some());
-        let mut warnings: Vec<NoticeBody> = missing.iter().map(|(code, how)| notice(code, how)).collect();
+        let mut warnings: Vec<WarningBody> = missing.iter().map(|(code, how)| notice(code, how)).collect();
         let found = match self.gear.as_ref().zip(self.side).filter(|_| warnings.is_empty()) {
             Some((gear, side)) => self.flank(nodes, spec, gear, side).map_err(|why| warnings.push(why)).ok(),
             None => None,
@@ -157,7 +156,7 @@ impl OfFlank {
         spec: &FitSpec,
         gear: &'a Gear,
         side: Side,
-    ) -> Result<(FittedFlank<'a>, Option<(Nodes, FitSpec)>), NoticeBody> {
+    ) -> Result<(FittedFlank<'a>, Option<(Nodes, FitSpec)>), WarningBody> {
         let unknown = |why: String| notice("axes_unknown", &why);
         if let Some(why) = not_second_order(spec) {
             return Err(notice("not_second_order", why));
@@ -210,7 +209,7 @@ pub struct Asked<'a> {
     flank: Option<FittedFlank<'a>>,
     /// Nodes over diameters and their fit as those over roll lengths.
     over_roll_lengths: Option<(Nodes, FitSpec)>,
-    warnings: Vec<NoticeBody>,
+    warnings: Vec<WarningBody>,
 }
 
 impl Asked<'_> {
@@ -239,7 +238,7 @@ impl Asked<'_> {
         let (limits, uncovered) =
             held.map(|flank| figure_limits::of(&spanned(flank), &of.requirements)).unwrap_or_default();
         warnings.extend(implausible);
-        warnings.extend(uncovered.iter().map(NoticeBody::from));
+        warnings.extend(uncovered.iter().map(WarningBody::from));
         let mut body = FitFiguresBody { warnings, ..FitFiguresBody::default() };
         match (flank, sums) {
             (Some(flank), Some(sums)) => {
@@ -262,7 +261,7 @@ impl Asked<'_> {
             }
             (Some(_), None) => body.warnings.push(failed.map_or_else(
                 || notice("rank_deficient", "the nodes do not determine the coefficients"),
-                |failed| NoticeBody::new("not_over_roll_lengths", &format!("no fit over roll lengths: {failed}")),
+                |failed| WarningBody::new("not_over_roll_lengths", &format!("no fit over roll lengths: {failed}")),
             )),
             (None, _) => {}
         }
@@ -285,7 +284,7 @@ fn not_determined(figures: FlankFigures<Figure>, sigma: Option<f64>) -> Vec<&'st
     figures.named().into_iter().filter(|(_, figure)| figure.is_some_and(is_lost)).map(|(name, _)| name).collect()
 }
 
-fn undetermined(name: &str) -> NoticeBody {
+fn undetermined(name: &str) -> WarningBody {
     let message = format!("`{name}_um` is omitted, because the nodes do not determine it; measure more of the flank");
     notice("figures_not_determined", &message)
 }
@@ -317,7 +316,7 @@ struct MovedFigure {
 }
 
 /// Returns the warning with the effect of the suspected nodes on the figures.
-fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>) -> NoticeBody {
+fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>) -> WarningBody {
     let named = with.zip(without).named().into_iter();
     let figures: Vec<MovedFigure> = named
         .filter_map(|(name, both)| {
@@ -342,8 +341,8 @@ fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>)
         .with_values(&json!({"figures": figures, "moved": names, "exceeds_interval": !names.is_empty()}))
 }
 
-fn notice(code: &str, message: &str) -> NoticeBody {
-    NoticeBody::new(code, &message)
+fn notice(code: &str, message: &str) -> WarningBody {
+    WarningBody::new(code, &message)
 }
 
 /// Returns the reason why a model has no figures of second order.

@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::notice::NoticeBody;
 use crate::{
-    api::{faults::Faults, problem::Problem},
+    api::{faults::Faults, problem::Problem, warning::WarningBody},
     jobs::Job,
 };
 use flankfit_engine::gear::{Gear, GearData, Hand, Tool, data::DEDENDUM};
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Gear, example = json!({
@@ -27,36 +27,27 @@ pub struct GearBody {
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub normal_module_mm: f64,
     /// α_n. Default 20.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.1, exclusive_maximum = 80)]
     pub normal_pressure_angle_deg: Option<f64>,
-    /// β on the reference cylinder, below 0 for a left-hand helix. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// β on the reference cylinder. Default 0; below 0 is a left-hand helix.
     #[schema(exclusive_minimum = -89, exclusive_maximum = 89)]
     pub helix_angle_deg: Option<f64>,
     /// Default right, where the helix angle is not below 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<Hand>,
     /// x, positive towards the tip of the tooth, also for internal gears. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = -100, maximum = 100)]
     pub profile_shift_coefficient: Option<f64>,
     /// b, mm. Without it there are no helix tolerances and no evaluation range by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub face_width_mm: Option<f64>,
     /// d_a. By default an addendum of (1 + x) m_n.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub tip_diameter_mm: Option<f64>,
     /// d_f. By default a dedendum of (addendum factor of the tool − x) m_n.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub root_diameter_mm: Option<f64>,
     /// True if the teeth point inwards. Default false.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub internal: Option<bool>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tool: Option<GearToolBody>,
 }
 
@@ -73,9 +64,9 @@ pub fn of_text(text: &str) -> Result<Gear, Problem> {
 
 impl GearBody {
     /// A warning where the hand of a helix had to be assumed.
-    pub fn hand_assumed(&self) -> Option<NoticeBody> {
+    pub fn hand_assumed(&self) -> Option<WarningBody> {
         let assumed = self.hand.is_none() && self.helix_angle_deg.is_some_and(|angle| angle > 0.0);
-        assumed.then(|| NoticeBody::new("hand_assumed", &"no `hand` is given: a right-hand helix is assumed"))
+        assumed.then(|| WarningBody::new("hand_assumed", &"no `hand` is given: a right-hand helix is assumed"))
     }
 
     /// Returns the gear; pointers of errors begin with `at`.
@@ -127,35 +118,4 @@ pub struct GearToolBody {
     /// Default 0.
     #[schema(minimum = 0, maximum = 1e6)]
     pub protuberance_mm: Option<f64>,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(text: &str) -> Result<GearBody, String> {
-        serde_json::from_str(text).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn a_gear_comes_back_as_it_was_given() {
-        let text = r#"{"teeth":83,"normal_module_mm":2.03,"normal_pressure_angle_deg":18.0,"helix_angle_deg":28.0,"hand":"left","profile_shift_coefficient":0.0,"face_width_mm":30.0,"internal":false,"tool":{"tip_radius_mm":0.2}}"#;
-        assert_eq!(serde_json::to_string(&read(text).unwrap()).unwrap(), text);
-    }
-
-    #[test]
-    fn impossible_gears_are_pointed_at() {
-        for (text, pointer) in [
-            (r#"{"teeth":20,"normal_module_mm":1,"tip_diameter_mm":18}"#, "/gear/tip_diameter_mm"),
-            (
-                r#"{"teeth":40,"normal_module_mm":1,"tip_diameter_mm":40,"root_diameter_mm":41}"#,
-                "/gear/tip_diameter_mm",
-            ),
-            (r#"{"teeth":40,"normal_module_mm":1,"internal":true,"tip_diameter_mm":43}"#, "/gear/tip_diameter_mm"),
-            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-5,"hand":"right"}"#, "/gear/hand"),
-        ] {
-            let faults = read(text).unwrap().checked("/gear").unwrap_err();
-            assert_eq!(faults.list()[0].pointer, pointer, "{text}: {faults:?}");
-        }
-    }
 }

@@ -10,7 +10,6 @@ pub mod files;
 pub mod fit_figures;
 pub mod flank_design;
 pub mod gear;
-pub mod notice;
 pub mod of_iteration;
 pub mod plausibility;
 pub mod quality_data;

@@ -2,10 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::notice::NoticeBody;
-use crate::api::measurand::{
-    axes::{AxesBody, AxisBody},
-    units::{LENGTHS, micrometres, sign},
+use crate::api::{
+    measurand::{
+        axes::{AxesBody, AxisBody},
+        units::{LENGTHS, micrometres, sign},
+    },
+    warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::Nodes,
@@ -71,7 +73,7 @@ fn usual_range_of(characteristic: Characteristic, gear: Option<&Gear>) -> [f64; 
 
 /// Returns a warning if a unit is implausible: the first one found, heights before places. Only
 /// axes whose units are lengths are checked, and roll angles.
-pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
+pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: Option<Noise>) -> Option<WarningBody> {
     let [u, v, z] = lists(nodes)?;
     let heights = axes.z.as_ref().and_then(|axis| of_heights(axis, z, gear, noise));
     let places = || {
@@ -83,7 +85,7 @@ pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: O
 }
 
 /// Returns the warning on places along an axis of nodes.
-fn of_axis(axis: &AxisBody, values: &[f64], gear: &Gear) -> Option<NoticeBody> {
+fn of_axis(axis: &AxisBody, values: &[f64], gear: &Gear) -> Option<WarningBody> {
     let unit = axis.unit.as_str();
     match (axis.quantity.as_str(), unit) {
         ("roll_length", "deg") => of_profile(ProfileAxis::RollAngle, 1.0, values, gear, OF_NODES),
@@ -109,20 +111,20 @@ pub fn implausible_flank(
     z: &[f64],
     deviations: &[f64],
     gear: &Gear,
-) -> Option<NoticeBody> {
+) -> Option<WarningBody> {
     let heights = span(deviations).and_then(|span| of_range("um", span, usual_range(Some(gear)), OF_REQUEST));
     let along_profile = || of_profile(axis, 1.0, profile, gear, OF_PLACES);
     heights.or_else(along_profile).or_else(|| of_width(1.0, z, gear, OF_PLACES))
 }
 
 /// The same of deviations on a grid, which are held against nothing.
-pub fn implausible_grid(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
+pub fn implausible_grid(deviations: &[f64], gear: &Gear) -> Option<WarningBody> {
     of_range("um", span(deviations)?, usual_range(Some(gear)), OF_GRID)
 }
 
 /// Returns a warning if measured points lie farther from the flank than those of any gear, µm.
 /// Points that were computed may lie on it.
-pub fn implausible_points(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
+pub fn implausible_points(deviations: &[f64], gear: &Gear) -> Option<WarningBody> {
     let (found, [_, most]) = (span(deviations)?, usual_range(Some(gear)));
     let what = format!(
         "the deviations extend over {} µm, more than those of any gear like this one ({} µm)",
@@ -134,14 +136,14 @@ pub fn implausible_points(deviations: &[f64], gear: &Gear) -> Option<NoticeBody>
 }
 
 /// Returns a warning if the index deviations of a flank do so, by F_p; they are in µm.
-pub fn implausible_pitches(index: &[Option<f64>], gear: &Gear) -> Option<NoticeBody> {
+pub fn implausible_pitches(index: &[Option<f64>], gear: &Gear) -> Option<WarningBody> {
     let defined: Vec<f64> = index.iter().copied().flatten().collect();
     of_range("um", span(&defined)?, usual_range_of(Characteristic::CumulativePitch, Some(gear)), OF_REQUEST)
 }
 
 /// Returns a warning if every trace of a request deviates by less, or every one by more, than those
 /// of any gear; its deviations are in µm. Traces without any deviation were not measured.
-pub fn implausible_traces(evaluation: &Evaluation, gear: &Gear) -> Option<NoticeBody> {
+pub fn implausible_traces(evaluation: &Evaluation, gear: &Gear) -> Option<WarningBody> {
     let totals = evaluation.traces.iter().filter_map(|trace| trace.values.map(|values| values.total_um));
     let [least, most] = ends(&totals.collect::<Vec<_>>())?;
     let usual = usual_range(Some(gear));
@@ -152,7 +154,7 @@ pub fn implausible_traces(evaluation: &Evaluation, gear: &Gear) -> Option<Notice
     }
 }
 
-fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
+fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<Noise>) -> Option<WarningBody> {
     let unit = axis.unit.as_str();
     let um = micrometres(unit)?;
     let usual = usual_range(gear);
@@ -172,7 +174,7 @@ fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<N
     })
 }
 
-fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<NoticeBody> {
+fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<WarningBody> {
     let found = span * micrometres(unit)?;
     let [least, most] = usual;
     let (how, limit) = match found {
@@ -190,7 +192,7 @@ fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<Notice
 }
 
 /// Values of the axis, times `factor` in its own unit.
-fn of_profile(axis: ProfileAxis, factor: f64, values: &[f64], gear: &Gear, mend: &'static str) -> Option<NoticeBody> {
+fn of_profile(axis: ProfileAxis, factor: f64, values: &[f64], gear: &Gear, mend: &'static str) -> Option<WarningBody> {
     // an angle is the roll length on the base circle
     let (quantity, mm) = match axis {
         ProfileAxis::RollAngle => (ProfileAxis::RollLength, factor * 1.0_f64.to_radians() * gear.base_radius()),
@@ -228,7 +230,7 @@ fn of_profile(axis: ProfileAxis, factor: f64, values: &[f64], gear: &Gear, mend:
     Some(of_place(&what, "u", ends, fits, shown, mend))
 }
 
-fn of_width(mm: f64, values: &[f64], gear: &Gear, mend: &'static str) -> Option<NoticeBody> {
+fn of_width(mm: f64, values: &[f64], gear: &Gear, mend: &'static str) -> Option<WarningBody> {
     let width = gear.data().face_width?;
     let ends = ends(values)?;
     // z may count from an end or from the middle
@@ -259,7 +261,7 @@ fn of_place(
     fits: impl Fn(f64) -> bool,
     shown: [f64; 2],
     mend: &str,
-) -> NoticeBody {
+) -> WarningBody {
     let mut params = json!({"axis": name, "from_mm": shown[0], "to_mm": shown[1]});
     // with a far smaller unit everything would fit, so the largest come first
     let other = LENGTHS.iter().rev().find(|(_, mm)| fits(*mm));
@@ -271,7 +273,7 @@ fn of_place(
     of_sentence(what, then, params, mend)
 }
 
-fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Value, mend: &str) -> NoticeBody {
+fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Value, mend: &str) -> WarningBody {
     let known = || LENGTHS.iter().map(|(name, _)| *name).filter(|name| *name != unit);
     // testers use mm more often than any other unit
     let mut others: Vec<&str> = known().collect();
@@ -294,9 +296,9 @@ fn named(unit: &str) -> &str {
     }
 }
 
-fn of_sentence(what: &str, then: Option<String>, params: Value, mend: &str) -> NoticeBody {
+fn of_sentence(what: &str, then: Option<String>, params: Value, mend: &str) -> WarningBody {
     let message = format!("{what}{}: {mend}", then.unwrap_or_default());
-    NoticeBody::new(IMPLAUSIBLE_UNIT, &message).with_values(&params)
+    WarningBody::new(IMPLAUSIBLE_UNIT, &message).with_values(&params)
 }
 
 /// Returns u, v and z of the nodes of a surface that count.

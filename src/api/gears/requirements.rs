@@ -1,6 +1,7 @@
 //! Requirements of the flanks of a job.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -9,9 +10,11 @@ use super::{
         request::{EvaluationSettingsBody, figure_terms},
     },
     flank_design::DesignBody,
-    notice::NoticeBody,
 };
-use crate::{api::faults::Faults, jobs::Job};
+use crate::{
+    api::{faults::Faults, warning::WarningBody},
+    jobs::Job,
+};
 use flankfit_engine::gear::{
     Gear, Side,
     evaluation::{
@@ -25,6 +28,7 @@ use flankfit_engine::gear::{
 
 /// Requirements of the flanks of a job. Evaluations of its iterations are compared with them unless
 /// they have limits or bands of their own. Later changes do not affect stored results.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Requirements, example = json!({
@@ -35,20 +39,15 @@ use flankfit_engine::gear::{
 }))]
 pub struct RequirementsBody {
     /// Class and limits of figures.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_limits: Option<SidedLimits>,
     /// Limits of pitch deviations and run-out. Without a class, that of `tolerance_limits` applies.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_limits: Option<PitchLimits>,
     /// Target of corrections. Limits apply to the flank, not to its distance from the design.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignBody>,
     /// Direction of the figures of flanks (fits, surfaces of topographies, corrections) and of
     /// their limits. Default `normal`. Evaluations of traces are transverse, as in ISO 1328-1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<Direction>,
     /// Length that slopes of flanks refer to. Default `reference_length`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
     /// Bands that traces must lie in; at most 20, with at most 4,000 points in all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -74,7 +73,7 @@ impl RequirementsBody {
 
     /// Takes the place of what an evaluation says nothing of its own about. What does not go with
     /// the gear is left aside, and said so.
-    pub fn fill(&self, evaluation: &mut EvaluationSettingsBody, gear: &Gear, helix: bool) -> Vec<NoticeBody> {
+    pub fn fill(&self, evaluation: &mut EvaluationSettingsBody, gear: &Gear, helix: bool) -> Vec<WarningBody> {
         let mut notices = Vec::new();
         if let (None, Some(mut limits)) = (evaluation.tolerance_limits, self.tolerance_limits) {
             let refused = [Side::Left, Side::Right].map(|side| limits.of(side).class_refused(gear, helix));
@@ -106,7 +105,7 @@ impl RequirementsBody {
     }
 
     /// Likewise the limits of pitches.
-    pub fn fill_pitch(&self, asked: &mut Option<PitchLimits>, gear: &Gear) -> Option<NoticeBody> {
+    pub fn fill_pitch(&self, asked: &mut Option<PitchLimits>, gear: &Gear) -> Option<WarningBody> {
         if asked.is_some() {
             return None;
         }
@@ -141,11 +140,11 @@ impl RequirementsBody {
 }
 
 /// Returns the warning about a required class that limits nothing on the gear.
-pub fn class_left_aside(why: &str) -> NoticeBody {
+pub fn class_left_aside(why: &str) -> WarningBody {
     aside(&format!("the class that the job requires: {why}"))
 }
 
 /// Returns the warning about a requirement that is left aside.
-pub fn aside(what: &str) -> NoticeBody {
-    NoticeBody::new("requirement_left_aside", &what)
+pub fn aside(what: &str) -> WarningBody {
+    WarningBody::new("requirement_left_aside", &what)
 }

@@ -23,7 +23,6 @@ use crate::{
             },
             fit_figures::OfFlank,
             gear::of_job,
-            notice::NoticeBody,
             requirements::RequirementsBody,
         },
         json::{value::read_json_at, writer},
@@ -32,6 +31,7 @@ use crate::{
             mapping::MappingBody,
             nodes::{self, TableNodes},
         },
+        warning::WarningBody,
     },
     jobs::{Computed, IterationDraft, Job, Measurand, MeasurementDetails, RecordKind},
 };
@@ -102,7 +102,7 @@ pub fn draft(
     if job.gear.is_none() && spec.gear.is_none() {
         let message = "the job has no gear; the file is evaluated for the gear that it describes. Give the job a \
             `gear` by `PATCH` for figures of fits, limits and corrections";
-        let notice = NoticeBody::new("gear_missing", &message);
+        let notice = WarningBody::new("gear_missing", &message);
         read.warnings.push(notice.clone());
         read.evaluation.iter_mut().for_each(|evaluation| evaluation.warnings.push(notice.clone()));
     }

@@ -15,13 +15,14 @@ use super::amendments::KnownMeasurandBody;
 use crate::{
     api::{
         fits::{answer::FitResultBody, spec::request::FitSpecBody},
-        gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
+        gears::fit_figures::FitFiguresBody,
         json::{
             gather::{gathered, listed},
             raw::Raw,
             text::Moment,
             writer::text_of,
         },
+        warning::WarningBody,
     },
     jobs::{
         Computed, Decision, Event, FitRecord, FitSummary, Iteration, Measurand, MeasurementDetails, NewFit,
@@ -78,8 +79,8 @@ pub struct NewIterationBody {
     /// One, which is chosen until another one is.
     pub fits: Vec<IterationFitBody>,
     /// Warnings of the fit and its figures, each with `at`.
-    #[schema(value_type = Vec<NoticeBody>)]
-    pub warnings: Raw<Vec<NoticeBody>>,
+    #[schema(value_type = Vec<WarningBody>)]
+    pub warnings: Raw<Vec<WarningBody>>,
 }
 
 /// An iteration of a job, with the figures of the fits of its nodes.
@@ -103,7 +104,7 @@ pub struct IterationBody {
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
     /// Warnings of the chosen fit's figures, each with `at`.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// A fit of an iteration's nodes.
@@ -133,8 +134,8 @@ pub struct IterationFitBody {
     #[schema(value_type = FitResultBody<'static>)]
     pub result: Raw<FitResultBody<'static>>,
     /// Warnings of result and figures, each with `at`; in the response for a single fit.
-    #[schema(value_type = Option<Vec<NoticeBody>>)]
-    pub warnings: Option<Raw<Vec<NoticeBody>>>,
+    #[schema(value_type = Option<Vec<WarningBody>>)]
+    pub warnings: Option<Raw<Vec<WarningBody>>>,
 }
 
 /// Figures of a fit for comparing λ* choices. A figure that does not exist is absent.

@@ -12,9 +12,10 @@ use super::amendments::MeasurandChangeBody;
 use crate::{
     api::{
         built::Built,
-        gears::{gear::GearBody, notice::NoticeBody},
+        gears::gear::GearBody,
         json::{gather::gathered, left_out::without_nulls, raw::Raw, text::Moment, writer::text_of},
         problem::Problem,
+        warning::WarningBody,
     },
     jobs::{Job, Record, RecordDraft, RecordKind, RecordSummary},
 };
@@ -51,7 +52,7 @@ pub struct RecordBody {
     #[schema(value_type = Object)]
     pub result: Raw<Value>,
     /// Warnings of the result and its parts, each with `at`.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// A record in a list.

@@ -8,11 +8,11 @@ use crate::api::{
     contract::{Pair, Triple},
     curves::closest::read_points,
     faults::Faults,
-    json::{members::of_request, request::request, writer::Json},
+    json::{members::of_request, request::request, writer::whole_of},
     problem::Problem,
-    shapes::places::{out_of_range, write_points},
+    shapes::places::{Values, out_of_range},
 };
-use flankfit_engine::geometry::surface::{ClosestPoint, SurfacePoint, SurfaceShape};
+use flankfit_engine::geometry::surface::{ClosestPoint, SurfaceShape};
 
 request! {
     /// A surface and nodes.
@@ -27,20 +27,22 @@ request! {
 
 /// Closest points, in the order of the given nodes.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceFeet)]
 pub struct SurfaceFeetBody {
     /// `[u, v]` of each.
     #[schema(value_type = Vec<Pair>)]
-    pub parameters: Vec<Vec<f64>>,
+    pub parameters: Values,
     /// The closest points; for a graph (u, v, z).
     #[schema(value_type = Vec<Triple>)]
-    pub points: Vec<Vec<f64>>,
+    pub points: Values,
     /// Distance of each given node from the surface, in the caller's unit, never negative.
-    pub distances: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub distances: Values,
     /// Above 0 on the side that the normal S_u × S_v points to. Absent where there is no normal at
     /// one of the closest points.
-    pub signed_distances: Option<Vec<f64>>,
+    #[schema(value_type = Option<Vec<f64>>)]
+    pub signed_distances: Option<Values>,
     /// True if the connecting line is perpendicular to the surface; otherwise the closest point
     /// lies on a border or an edge.
     pub orthogonal: Vec<bool>,
@@ -56,16 +58,12 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     faults.into_result(()).map_err(Problem::invalid)?;
     let feet = ClosestPoint::on(&surface).to_each(&points);
     let signed: Option<Vec<f64>> = feet.iter().map(|foot| foot.signed_distance).collect();
-    let numbers = |of: fn(&SurfacePoint) -> f64| feet.iter().map(of).collect::<Vec<_>>();
-    let parameters: Vec<f64> = feet.iter().flat_map(|foot| foot.parameters).collect();
-    let mut json = Json::with_capacity(128 + 22 * 9 * feet.len());
-    let mut object = json.object();
-    object.values("parameters", 2, &parameters);
-    write_points(&mut object, "points", 3, feet.iter().map(|foot| foot.point));
-    object.numbers("distances", &numbers(|foot| foot.distance));
-    if let Some(signed) = &signed {
-        object.numbers("signed_distances", signed);
-    }
-    object.field("orthogonal", &feet.iter().map(|foot| foot.is_orthogonal).collect::<Vec<_>>()).end();
-    json.finish().map_err(|_| out_of_range("/points"))
+    let body = SurfaceFeetBody {
+        parameters: Values { width: 2, flat: feet.iter().flat_map(|foot| foot.parameters).collect() },
+        points: Values::new(3, feet.iter().map(|foot| foot.point)),
+        distances: feet.iter().map(|foot| foot.distance).collect::<Vec<_>>().into(),
+        signed_distances: signed.map(Values::from),
+        orthogonal: feet.iter().map(|foot| foot.is_orthogonal).collect(),
+    };
+    whole_of(128 + 22 * 9 * feet.len(), &body).map_err(|_| out_of_range("/points"))
 }

@@ -1,15 +1,19 @@
 //! A surface at many parameters.
 
-use super::values::{EvaluateSurfaceMembers, ParameterGridMembers, SurfaceIncludeName};
+use super::values::{
+    AreaBody, CurvaturesBody, EvaluateSurfaceMembers, FundamentalFormsBody, ParameterGridMembers,
+    SurfaceDerivativesBody, SurfaceIncludeName, SurfaceValuesBody,
+};
 use crate::api::{
     faults::Faults,
     json::{
         members::{of_object, of_request},
         numbers::read_rows,
-        writer::{Json, Object},
+        writer::whole_of,
     },
     problem::{Problem, Room},
-    shapes::places::{out_of_range, within},
+    shapes::places::{Values, out_of_range, within},
+    warning::WarningBody,
 };
 use flankfit_engine::{
     geometry::surface::{Evaluator, LocalGeometry, Surface, SurfaceJet, SurfaceShape, area},
@@ -107,28 +111,11 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             }
         }
     }
-    let mut json = Json::with_capacity(256 + TEXT_OF_NUMBER * numbers);
-    let mut object = json.object();
-    object.values("values", width, &lists[0]);
-    if derivatives > 0 {
-        let names = ["u", "v", "uu", "uv", "vv"];
-        object.object("derivatives", |object| {
-            for (name, list) in names.into_iter().zip(&lists[1..]).take([0, 2, 5][derivatives]) {
-                object.values(name, width, list);
-            }
-        });
-    }
-    geometry.write(&mut object, derivatives, forms);
     let mut warnings = Vec::new();
-    if wants_area {
-        let area = area::area(&surface, AREA_TOLERANCE);
-        object.object("area", |object| {
-            object.number("value", area.area).number("error", area.error_estimate);
-        });
-        if !area.converged {
-            let message = format!("the area is accurate to {} only", rounded(area.error_estimate, 2));
-            warnings.push(("area_uncertain", message));
-        }
+    let area = wants_area.then(|| area::area(&surface, AREA_TOLERANCE));
+    if let Some(area) = area.as_ref().filter(|area| !area.converged) {
+        let message = format!("the area is accurate to {} only", rounded(area.error_estimate, 2));
+        warnings.push(WarningBody::new("area_uncertain", message));
     }
     if let Some((first, count)) = geometry.singular {
         let left_out =
@@ -136,14 +123,35 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         let message = format!(
             "the surface has no curvature at {count} of the places, first at number {first}: {left_out} omitted"
         );
-        warnings.push(("no_tangent_plane", message));
+        warnings.push(WarningBody::new("no_tangent_plane", message));
     }
-    object
-        .list("warnings", warnings, |object, (code, message)| {
-            object.field("code", &code).field("message", &message);
-        })
-        .end();
-    json.finish().map_err(|_| out_of_range("/surface"))
+    let Geometry { normals, has_normals, gaussian, mean, principal, direction, first, second, singular } = geometry;
+    let [values, u, v, uu, uv, vv] = lists.map(|flat| Values { width, flat });
+    let second_order = |values| Some(values).filter(|_| derivatives > 1);
+    let body = SurfaceValuesBody {
+        values,
+        derivatives: (derivatives > 0).then(|| SurfaceDerivativesBody {
+            u,
+            v,
+            uu: second_order(uu),
+            uv: second_order(uv),
+            vv: second_order(vv),
+        }),
+        normals: (has_normals && derivatives > 0).then_some(Values { width: 3, flat: normals }),
+        curvatures: (singular.is_none() && derivatives > 1).then(|| CurvaturesBody {
+            gaussian: gaussian.into(),
+            mean: mean.into(),
+            principal: Values { width: 2, flat: principal },
+            direction: Values { width: 3, flat: direction },
+        }),
+        fundamental_forms: (singular.is_none() && forms).then_some(FundamentalFormsBody {
+            first: Values { width: 3, flat: first },
+            second: Values { width: 3, flat: second },
+        }),
+        area: area.map(|area| AreaBody { value: area.area, error: area.error_estimate }),
+        warnings,
+    };
+    whole_of(256 + TEXT_OF_NUMBER * numbers, &body).map_err(|_| out_of_range("/surface"))
 }
 
 /// Values, derivatives, normal, curvatures and forms.
@@ -174,27 +182,6 @@ impl Default for Geometry {
 }
 
 impl Geometry {
-    /// Writes the requested parts that exist.
-    fn write(&self, object: &mut Object<'_>, derivatives: usize, forms: bool) {
-        if self.has_normals && derivatives > 0 {
-            object.values("normals", 3, &self.normals);
-        }
-        if self.singular.is_none() && derivatives > 1 {
-            object.object("curvatures", |object| {
-                object
-                    .numbers("gaussian", &self.gaussian)
-                    .numbers("mean", &self.mean)
-                    .values("principal", 2, &self.principal)
-                    .values("direction", 3, &self.direction);
-            });
-        }
-        if self.singular.is_none() && forms {
-            object.object("fundamental_forms", |object| {
-                object.values("first", 3, &self.first).values("second", 3, &self.second);
-            });
-        }
-    }
-
     fn add(&mut self, index: usize, local: &LocalGeometry) {
         self.has_normals &= local.normal.is_some();
         self.normals.extend(local.normal.iter().flatten());
@@ -218,9 +205,6 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let surface = members.surface.required(&mut faults);
     let parameters = read_parameters(&members, &mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
-    if derivatives > 2 {
-        faults.push("/derivatives", format!("{derivatives} exceeds 2, the highest order"));
-    }
     let include = members.include.read(&mut faults).unwrap_or_default();
     if let (Some(surface), Some(parameters)) = (&surface, &parameters) {
         let [domain_u, domain_v] = surface.domain();
@@ -238,8 +222,7 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     }
     let (Some(surface), Some(parameters)) = (surface, parameters) else { return Err(Problem::invalid(faults)) };
     let forms = include.contains(&SurfaceIncludeName::FundamentalForms);
-    let numbers =
-        parameters.count().saturating_mul(numbers_at_each(surface.dimension().count(), derivatives.min(2), forms));
+    let numbers = parameters.count().saturating_mul(numbers_at_each(surface.dimension().count(), derivatives, forms));
     if numbers > MOST_NUMBERS {
         let at = if matches!(parameters, Parameters::Pairs(_)) { "/at" } else { "/grid" };
         faults.push(

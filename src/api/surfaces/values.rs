@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use crate::api::{
     contract::{Pair, Triple},
     json::request::request,
+    shapes::places::Values,
     warning::WarningBody,
 };
 use flankfit_engine::geometry::{contract::Point, surface::SurfaceShape};
@@ -53,17 +54,18 @@ pub enum SurfaceIncludeName {
 
 /// A surface at parameters, in the order of `at` or of the grid.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceValues)]
 pub struct SurfaceValuesBody {
     /// Points of the surface; numbers for a graph.
-    pub values: Vec<Point>,
+    #[schema(value_type = Vec<Point>)]
+    pub values: Values,
     /// With one derivative or more.
     pub derivatives: Option<SurfaceDerivativesBody>,
     /// With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
     /// Absent, with a warning, where one of them does not exist.
     #[schema(value_type = Option<Vec<Triple>>)]
-    pub normals: Option<Vec<Vec<f64>>>,
+    pub normals: Option<Values>,
     /// With two derivatives.
     pub curvatures: Option<CurvaturesBody>,
     pub fundamental_forms: Option<FundamentalFormsBody>,
@@ -74,51 +76,58 @@ pub struct SurfaceValuesBody {
 
 /// Partial derivatives.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceDerivatives)]
 pub struct SurfaceDerivativesBody {
     /// ∂S/∂u at each parameter.
-    pub u: Vec<Point>,
+    #[schema(value_type = Vec<Point>)]
+    pub u: Values,
     /// ∂S/∂v at each parameter.
-    pub v: Vec<Point>,
+    #[schema(value_type = Vec<Point>)]
+    pub v: Values,
     /// ∂²S/∂u² at each parameter.
-    pub uu: Option<Vec<Point>>,
+    #[schema(value_type = Option<Vec<Point>>)]
+    pub uu: Option<Values>,
     /// ∂²S/∂u∂v at each parameter.
-    pub uv: Option<Vec<Point>>,
+    #[schema(value_type = Option<Vec<Point>>)]
+    pub uv: Option<Values>,
     /// ∂²S/∂v² at each parameter.
-    pub vv: Option<Vec<Point>>,
+    #[schema(value_type = Option<Vec<Point>>)]
+    pub vv: Option<Values>,
 }
 
 /// Curvatures, > 0 where the surface bends towards its normal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = Curvatures)]
 pub struct CurvaturesBody {
     /// Product of the two principal curvatures, 1/length².
-    pub gaussian: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub gaussian: Values,
     /// Half the sum of the two principal curvatures, 1/length.
-    pub mean: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub mean: Values,
     /// The greater and the lesser one.
     #[schema(value_type = Vec<Pair>)]
-    pub principal: Vec<Vec<f64>>,
+    pub principal: Values,
     /// Unit tangents along which the greater one is taken; the other is at right angles.
     #[schema(value_type = Vec<Triple>)]
-    pub direction: Vec<Vec<f64>>,
+    pub direction: Values,
 }
 
 /// The first fundamental form (E, F, G) and the second one (L, M, N).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = FundamentalForms)]
 pub struct FundamentalFormsBody {
     /// `[E, F, G]` at each parameter.
     #[schema(value_type = Vec<Triple>)]
-    pub first: Vec<Vec<f64>>,
+    pub first: Values,
     /// `[L, M, N]` at each parameter.
     #[schema(value_type = Vec<Triple>)]
-    pub second: Vec<Vec<f64>>,
+    pub second: Values,
 }
 
 /// Area of the whole surface.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = Area)]
 pub struct AreaBody {
     /// In the square of the unit of length of the request.

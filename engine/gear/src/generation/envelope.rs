@@ -28,9 +28,6 @@ use flankfit_numerics::cancel::Asking;
 /// Most points tried between those of the profile, so that the envelope has no gaps.
 pub const MOST_BETWEEN: usize = 200_000;
 
-/// Most radii at which the flank that is left is asked for.
-pub const MOST_RADII: usize = 10_000;
-
 /// Points that touch farther from each other than this part of the range get others in between …
 const RESOLUTION: f64 = 1e-3;
 /// … by halving at most so often.

@@ -7,9 +7,11 @@ use utoipa::ToSchema;
 use super::modification::{self, ModificationBody, ModificationRangeBody};
 use super::places::ProfileBody;
 use crate::api::{
-    gears::{gear::GearBody, notice::NoticeBody},
-    json::{value::read_json, writer::Json},
+    gears::gear::GearBody,
+    json::{value::read_json, writer::whole_of},
     problem::{Problem, Room},
+    shapes::places::Values,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     formats::table::{self, ListedPoint},
@@ -40,23 +42,28 @@ pub struct FlankRequestBody {
 /// Nodes: a row for each profile value with a node for each z. Normals are those of the modified
 /// flank.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankNodes)]
 pub struct FlankBody {
     /// `[x, y, z]`, mm.
-    pub points: Vec<Vec<[f64; 3]>>,
+    #[schema(value_type = Vec<Vec<[f64; 3]>>)]
+    pub points: Vec<Values>,
     /// Unit normals, out of the material.
-    pub normals: Vec<Vec<[f64; 3]>>,
+    #[schema(value_type = Vec<Vec<[f64; 3]>>)]
+    pub normals: Vec<Values>,
     /// Roll length of each row.
-    pub roll_length_mm: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub roll_length_mm: Values,
     /// Diameter of each row, on the nominal flank.
-    pub diameter_mm: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub diameter_mm: Values,
     /// z of each column.
-    pub z_mm: Vec<f64>,
+    #[schema(value_type = Vec<f64>)]
+    pub z_mm: Values,
     /// Material removed at each node, with modifications.
     pub relief_um: Option<Vec<Vec<f64>>>,
     /// Warnings about the result.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Bytes of a node until it is written: point and normal, twice, and their text.
@@ -70,7 +77,7 @@ struct Computed {
     side: Side,
     modifications: Option<Modifications>,
     grid: FlankGrid,
-    hand_assumed: Option<NoticeBody>,
+    hand_assumed: Option<WarningBody>,
 }
 
 fn computed(text: &[u8], room: Room) -> Result<Computed, Problem> {
@@ -106,30 +113,22 @@ pub fn csv(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
 pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let Computed { gear, side, modifications, grid, hand_assumed } = computed(text, room)?;
     let columns = grid.columns();
-    let flat =
-        // no coordinate is −0
-        |nodes: &[[f64; 3]]| -> Vec<Vec<f64>> {
-            let row = |row: &[[f64; 3]]| row.as_flattened().iter().map(|x| x + 0.0).collect();
-            nodes.chunks(columns.max(1)).map(row).collect()
-        };
-    let (points, normals): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (flat(&grid.points), flat(&grid.normals));
-    let mut json = Json::with_capacity(1024 + 6 * TEXT_OF_NUMBER * grid.points.len());
-    let mut object = json.object();
-    let diameters: Vec<f64> = grid.roll_lengths.iter().map(|roll| gear.diameter(*roll)).collect();
-    object
-        .lists_of_values("points", 3, &points)
-        .lists_of_values("normals", 3, &normals)
-        .numbers("roll_length_mm", &grid.roll_lengths)
-        .numbers("diameter_mm", &diameters)
-        .numbers("z_mm", &grid.positions);
-    if let Some(modifications) = &modifications {
-        let relief = |roll: &f64| grid.positions.iter().map(|z| modifications.relief(side, *roll, *z).value).collect();
-        object.field("relief_um", &grid.roll_lengths.iter().map(relief).collect::<Vec<Vec<f64>>>());
-    }
-    let warnings: Vec<NoticeBody> =
-        grid.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
-    let warnings: Vec<NoticeBody> = warnings.into_iter().chain(hand_assumed).collect();
-    object.field("warnings", &warnings);
-    object.end();
-    json.finish().map_err(Problem::not_finite)
+    // no coordinate is −0
+    let row = |row: &[[f64; 3]]| Values { width: 3, flat: row.as_flattened().iter().map(|x| x + 0.0).collect() };
+    let rows = |nodes: &[[f64; 3]]| nodes.chunks(columns.max(1)).map(row).collect();
+    let relief = |modifications: &Modifications| {
+        let of = |roll: &f64| grid.positions.iter().map(|z| modifications.relief(side, *roll, *z).value).collect();
+        grid.roll_lengths.iter().map(of).collect()
+    };
+    let warnings = grid.warnings.iter().map(|warning| WarningBody::new(warning.code(), warning));
+    let body = FlankBody {
+        points: rows(&grid.points),
+        normals: rows(&grid.normals),
+        diameter_mm: grid.roll_lengths.iter().map(|roll| gear.diameter(*roll)).collect::<Vec<_>>().into(),
+        relief_um: modifications.as_ref().map(relief),
+        warnings: warnings.chain(hand_assumed).collect(),
+        roll_length_mm: grid.roll_lengths.into(),
+        z_mm: grid.positions.into(),
+    };
+    whole_of(1024 + 6 * TEXT_OF_NUMBER * grid.points.len(), &body).map_err(Problem::not_finite)
 }

@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    gears::{gear::GearBody, notice::NoticeBody},
+    gears::gear::GearBody,
     json::{value::read_json, writer},
     problem::Problem,
+    warning::WarningBody,
 };
 use flankfit_engine::gear::Geometry;
 
@@ -26,7 +27,7 @@ pub struct GeometryBody {
     #[schema(inline)]
     pub geometry: Geometry,
     /// Warnings about the gear: undercut, a pointed tip and the like.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Answers a request.
@@ -39,8 +40,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
 }
 
 /// Returns warnings about unusual or missing data of a gear.
-pub(in crate::api) fn warnings(body: &GearBody, geometry: &Geometry) -> Vec<NoticeBody> {
-    let mut warnings: Vec<NoticeBody> = geometry.warnings.iter().map(NoticeBody::from).collect();
+pub(in crate::api) fn warnings(body: &GearBody, geometry: &Geometry) -> Vec<WarningBody> {
+    let mut warnings: Vec<WarningBody> = geometry.warnings.iter().map(WarningBody::from).collect();
     warnings.extend(body.hand_assumed());
     warnings
 }

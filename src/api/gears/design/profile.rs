@@ -8,15 +8,17 @@ use super::{flank::TEXT_OF_NUMBER, geometry};
 use crate::api::{
     contract::Pair,
     faults::Faults,
-    gears::{gear::GearBody, notice::NoticeBody},
-    json::{value::read_json, writer::Json},
+    gears::gear::GearBody,
+    json::{value::read_json, writer::whole},
     problem::{Problem, Room},
+    shapes::places::Values,
+    warning::WarningBody,
 };
 use flankfit_engine::gear::{
     Geometry,
     generation::{
         Polar,
-        envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
+        envelope::{Envelope, Motion, ToolPoint, ToolProfile},
         tooth::{MOST_TOOTH_POINTS, Steps, Tooth},
     },
 };
@@ -35,17 +37,20 @@ pub struct ProfileRequestBody {
 
 /// Closed polygons, counterclockwise, the first point not once more; mm.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearProfile)]
 pub struct ProfileAnswerBody {
     /// The tooth at the top, closed along the root circle below it.
-    pub tooth: Vec<[f64; 2]>,
+    #[schema(value_type = Vec<[f64; 2]>)]
+    pub tooth: Values,
     /// Its left flank from the root circle to the tip.
-    pub left_flank: Vec<[f64; 2]>,
+    #[schema(value_type = Vec<[f64; 2]>)]
+    pub left_flank: Values,
     /// All teeth; of an internal gear the border of the hole.
-    pub whole_gear: Option<Vec<[f64; 2]>>,
+    #[schema(value_type = Option<Vec<[f64; 2]>>)]
+    pub whole_gear: Option<Values>,
     /// Those of `POST /v1/gears/geometry`: undercut, a pointed tip, an assumed tool.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Profile of a tool, and its motion with the gear.
@@ -95,12 +100,13 @@ pub enum ThroughName {
 
 /// The envelope of the tool, and the resulting flank.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToolEnvelope)]
 pub struct EnvelopeBody {
     /// Points (x, y) of the envelope on the left flank of the tooth at the top, in the order of the
     /// tool; a new branch begins after points without contact.
-    pub branches: Vec<Vec<[f64; 2]>>,
+    #[schema(value_type = Vec<Vec<[f64; 2]>>)]
+    pub branches: Vec<Values>,
     /// Half the angle of the resulting tooth at each requested radius; `null` where the tool does
     /// not cut.
     pub half_angle_deg: Option<Vec<Option<f64>>>,
@@ -123,17 +129,16 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     }
     let tooth = Tooth::new(&gear, steps).map_err(Problem::invalid)?;
     let flank: Vec<[f64; 2]> = tooth.flank().iter().map(|place| place.point(1.0, 0.0)).collect();
-    let mut json = Json::with_capacity(4096);
-    let mut object = json.object();
     // no coordinate is −0
-    let plain = |points: &[[f64; 2]]| points.as_flattened().iter().map(|x| x + 0.0).collect::<Vec<f64>>();
-    object.values("tooth", 2, &plain(&tooth.closed())).values("left_flank", 2, &plain(&flank));
-    if body.whole_gear == Some(true) {
-        object.values("whole_gear", 2, &plain(&tooth.gear()));
-    }
-    object.field("warnings", &geometry::warnings(&body.gear, &Geometry::of(&gear)));
-    object.end();
-    json.finish().map_err(Problem::not_finite)
+    let plain =
+        |points: &[[f64; 2]]| Values { width: 2, flat: points.as_flattened().iter().map(|x| x + 0.0).collect() };
+    let body = ProfileAnswerBody {
+        tooth: plain(&tooth.closed()),
+        left_flank: plain(&flank),
+        whole_gear: (body.whole_gear == Some(true)).then(|| plain(&tooth.gear())),
+        warnings: geometry::warnings(&body.gear, &Geometry::of(&gear)),
+    };
+    whole(&body).map_err(Problem::not_finite)
 }
 
 /// Answers a request for an envelope, as far as there is `room` for the tool's points and those
@@ -168,14 +173,7 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             faults.push(format!("/radii_mm/{}", k + 1), "the radii do not ascend");
         }
     }
-    if let Some(radii) = body.radii_mm.as_ref().filter(|radii| radii.len() > MOST_RADII) {
-        faults.push("/radii_mm", format!("{} radii; at most {MOST_RADII} are allowed", radii.len()));
-    }
     let steps = body.tool.steps.unwrap_or(20);
-    if steps == 0 {
-        faults.push("/tool/steps", "an interval is at least 1 step");
-        return Err(Problem::invalid(faults));
-    }
     // each point of the tool may touch one; those tried in between are counted when they are there
     let points = ToolProfile::most_points(body.tool.points.len(), steps);
     room(points * (size_of::<ToolPoint>() + size_of::<Polar>()))?;
@@ -192,19 +190,14 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let touched: usize = envelope.branches.iter().map(Vec::len).sum();
     let radii = body.radii_mm.as_ref().map_or(0, Vec::len);
     room((touched + radii) * POINT)?;
-    let branches: Vec<Vec<f64>> = envelope
-        .branches
-        .iter()
-        .map(|branch| branch.iter().flat_map(|place| place.point(1.0, 0.0)).collect())
-        .collect();
-    let mut json = Json::with_capacity(4096);
-    let mut object = json.object();
-    object.lists_of_values("branches", 2, &branches);
-    if let Some(radii) = &body.radii_mm {
-        let angles: Vec<Option<f64>> =
-            envelope.boundary(radii).into_iter().map(|angle| angle.map(f64::to_degrees)).collect();
-        object.field("half_angle_deg", &angles);
-    }
-    object.end();
-    json.finish().map_err(Problem::not_finite)
+    let half_angles = |radii: &Vec<f64>| envelope.boundary(radii).into_iter().map(|angle| angle.map(f64::to_degrees));
+    let points = |branch: &Vec<Polar>| Values {
+        width: 2,
+        flat: branch.iter().flat_map(|place| place.point(1.0, 0.0)).collect(),
+    };
+    let body = EnvelopeBody {
+        branches: envelope.branches.iter().map(points).collect(),
+        half_angle_deg: body.radii_mm.as_ref().map(|radii| half_angles(radii).collect()),
+    };
+    whole(&body).map_err(Problem::not_finite)
 }

@@ -141,25 +141,3 @@ fn values(of: impl Fn(Characteristic) -> Option<f64>) -> Option<ToleranceValuesB
         helix_total_um: of(Characteristic::HelixTotal),
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn classes_are_those_of_the_standard() {
-        let gear = r#""gear":{"teeth":20,"normal_module_mm":2}"#;
-        assert!(answer(format!(r#"{{{gear},"class":11}}"#).as_bytes()).is_ok());
-        let refusal = |class: &str| {
-            let problem = answer(format!(r#"{{{gear},"class":{class}}}"#).as_bytes()).unwrap_err();
-            assert_eq!(problem.errors[0].pointer, "/class");
-            problem.errors[0].detail.clone()
-        };
-        for class in ["0", "12", "256"] {
-            assert!(refusal(class).ends_with(&format!(", found {class}")));
-        }
-        for class in ["-1", "5.5"] {
-            assert!(refusal(class).starts_with("expected a whole number"));
-        }
-    }
-}

@@ -16,12 +16,12 @@ use crate::{
         fits::canonical,
         gears::{
             design::modification,
-            notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others, tooth_number},
             plausibility::{implausible_grid, implausible_points},
         },
         json::{gather::gathered, writer::whole},
         problem::{Problem, Room},
+        warning::WarningBody,
     },
     jobs::Measurand,
 };
@@ -70,7 +70,7 @@ pub struct DeviationsBody<'a> {
     pub strays: Vec<StrayBody>,
     /// Warnings, in particular assumptions about an imported file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
     pub registration: Option<RegistrationBody<'a>>,
 }
 
@@ -182,7 +182,7 @@ fn refuse_other_nodes(of: &Measurand, checked: &CheckedDeviations, deviations: &
 }
 
 /// Returns what was imported, as a record keeps it.
-pub fn imported(gear: &Gear, deviations: &Deviations, warnings: &[NoticeBody]) -> Result<Built, Problem> {
+pub fn imported(gear: &Gear, deviations: &Deviations, warnings: &[WarningBody]) -> Result<Built, Problem> {
     let body = DeviationsBody { warnings: warnings.to_vec(), ..DeviationsBody::new(gear, deviations) };
     Ok(Built { method: "import".to_owned(), result: whole(&body).map_err(Problem::not_finite)? })
 }

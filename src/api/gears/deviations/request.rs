@@ -11,7 +11,6 @@ use crate::api::{
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
         gear::GearBody,
-        notice::NoticeBody,
     },
     json::{
         error::ReadError,
@@ -19,6 +18,7 @@ use crate::api::{
         numbers::read_rows_of_heights,
         request::request,
     },
+    warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::FitSpec,
@@ -32,9 +32,6 @@ use flankfit_engine::{
     numerics::{Rows, check},
     words::{Shown, entries},
 };
-
-/// Most points of one request.
-const MOST_POINTS: usize = 2_000_000;
 
 request! {
     /// Points measured on a gear (`points`), or deviations of one flank on a grid (`grid`).
@@ -107,9 +104,9 @@ request! {
 #[serde(deny_unknown_fields)]
 #[schema(as = RegistrationRequest)]
 pub struct RegistrationRequestBody {
-    /// Free motions: `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt` and `rotation`.
+    /// Free motions.
     #[schema(min_items = 1, max_items = 6)]
-    pub motions: Vec<String>,
+    pub motions: Vec<Motion>,
     /// z of the point about which the axis tilts. By default the middle of the nodes.
     pub pivot_z_mm: Option<f64>,
 }
@@ -117,7 +114,7 @@ pub struct RegistrationRequestBody {
 /// A request, read and checked, all but what needs the gear.
 pub struct CheckedDeviations {
     pub gear: Option<Gear>,
-    pub hand_assumed: Option<NoticeBody>,
+    pub hand_assumed: Option<WarningBody>,
     pub given: Given,
     pub modifications: Vec<ModificationBody>,
     pub modification_range: Option<ModificationRangeBody>,
@@ -166,7 +163,7 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<CheckedDeviations
     let modification_range = members.modification_range.read(faults);
     let borders = members.borders.read(faults);
     let registration = members.registration.read(faults);
-    let registration = registration.map(|body| (motions(&body.motions, faults), body.pivot_z_mm));
+    let registration = registration.map(|body| (body.motions, body.pivot_z_mm));
     let unfit = (!members.registration.is_given()).then_some("it belongs to a `registration`, which fits");
     let spec = fields::read(&members.fit, unfit, faults);
     let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
@@ -218,29 +215,12 @@ fn given(members: &DeviationsMembers<'_>, direction: Direction, faults: &mut Fau
     }
 }
 
-fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
-    let each = names.iter().enumerate();
-    each.filter_map(|(k, name)| {
-        let motion = Motion::named(name);
-        if motion.is_none() {
-            let known: Vec<_> = Motion::ALL.iter().map(|motion| format!("`{}`", motion.name())).collect();
-            faults.push(format!("/registration/motions/{k}"), format!("not one of {}", known.join(", ")));
-        }
-        motion
-    })
-    .collect()
-}
-
 fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<MeasuredPoint>> {
     let points = members.points.optional(faults).flatten()?;
     let teeth = members.teeth.read(faults);
     let flanks = members.flanks.read(faults);
     if points.is_empty() {
         faults.push("/points", "there are no points");
-        return None;
-    }
-    if points.len() > MOST_POINTS {
-        faults.push("/points", format!("{}; a request has at most {MOST_POINTS}", entries(points.len())));
         return None;
     }
     let before = faults.count();

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::request::EvaluationSettingsBody;
-use crate::api::gears::notice::NoticeBody;
+use crate::api::warning::WarningBody;
 use flankfit_engine::gear::evaluation::Evaluation;
 
 /// Evaluated traces, their means over the teeth, twists and surfaces.
@@ -19,13 +19,13 @@ pub struct EvaluationBody {
     /// Settings of the evaluation, with every default filled in.
     pub evaluation: EvaluationSettingsBody,
     /// Warnings.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 impl EvaluationBody {
     /// Creates the response with the warnings of the result.
     pub fn new(result: Evaluation, evaluation: EvaluationSettingsBody) -> Self {
-        let warnings = result.warnings.iter().map(NoticeBody::from).collect();
+        let warnings = result.warnings.iter().map(WarningBody::from).collect();
         EvaluationBody { result, evaluation, warnings }
     }
 

@@ -9,9 +9,9 @@ use crate::api::{
     faults::Faults,
     gears::{
         flank_design::DesignBody,
-        notice::NoticeBody,
         requirements::{RequirementsBody, aside},
     },
+    warning::WarningBody,
 };
 use flankfit_engine::gear::{
     Gear, Kind, Side, Trace,
@@ -32,7 +32,7 @@ pub fn complete(
     gear: &Gear,
     traces: &[Trace],
     lines: &mut [Option<Vec<f64>>],
-) -> Result<Vec<NoticeBody>, Faults> {
+) -> Result<Vec<WarningBody>, Faults> {
     let has_lines = lines.iter().any(Option::is_some);
     let default = if has_lines { Against::Design } else { Against::Involute };
     settings.against = settings.against.or(Some(default));
@@ -45,7 +45,7 @@ pub fn complete(
     match design_lines(settings, required, gear, traces, lines) {
         Ok(of_job) => {
             notices.extend(of_job.filter(|design| design.lacks_range()).map(|_| {
-                NoticeBody::new(
+                WarningBody::new(
                     "design_range_assumed",
                     &"the job's design has no range for its figures: the evaluation ranges are assumed; add \
                       `profile_diameter_range_mm` and `helix_range_mm`",

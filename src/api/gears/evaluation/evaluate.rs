@@ -7,13 +7,13 @@ use crate::{
         faults::Faults,
         gears::{
             gear::GearBody,
-            notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
             plausibility::implausible_traces,
             requirements::RequirementsBody,
         },
         json::{value::read_json, writer},
         problem::Problem,
+        warning::WarningBody,
     },
     jobs::Measurand,
 };
@@ -73,7 +73,7 @@ pub fn evaluated(
     posted: &[Posted<'_>],
     mut settings: Settings,
     accept_units: bool,
-) -> Result<(Evaluation, Option<NoticeBody>), check::Faults> {
+) -> Result<(Evaluation, Option<WarningBody>), check::Faults> {
     let mut evaluation = evaluation::evaluate(gear, posted, &settings)?;
     // a distance from the design says nothing about units
     let about_involute = match settings.against == Against::Design && posted.iter().any(|one| one.design.is_some()) {

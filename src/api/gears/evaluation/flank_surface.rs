@@ -8,7 +8,7 @@ use crate::api::{
     built::Built,
     faults::{Faults, is_within, pointer_of},
     fits::{answer::FitResultBody, canonical, reader::fields, spec::request::FitFields},
-    gears::{gear::GearBody, notice::NoticeBody, plausibility::implausible_flank},
+    gears::{gear::GearBody, plausibility::implausible_flank},
     json::{
         gather::gathered,
         members::of_request,
@@ -17,6 +17,7 @@ use crate::api::{
         writer::whole,
     },
     problem::Problem,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::FitError,
@@ -87,7 +88,7 @@ pub struct FlankSurfaceBody<'a> {
     /// Warnings about the nodes and the range; those about the fit are `result.warnings`. With
     /// `range_not_covered` figures are not compared with limits: the nodes within the border cover
     /// less than three quarters of the range.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
     /// The fit, as returned by `POST /v1/fits`: u and v over [-1, 1].
     pub result: FitResultBody<'a>,
 }
@@ -147,7 +148,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
     let body = FlankSurfaceBody {
         surface: &found,
-        warnings: found.warnings.iter().map(NoticeBody::from).chain(implausible).collect(),
+        warnings: found.warnings.iter().map(WarningBody::from).chain(implausible).collect(),
         result: FitResultBody::new(&found.result, None, canonical::request_sha256(text)),
     };
     let result = whole(&body).map(gathered).map_err(Problem::not_finite)?;

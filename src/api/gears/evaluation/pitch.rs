@@ -12,13 +12,13 @@ use crate::{
         faults::{Faults, moved},
         gears::{
             gear::GearBody,
-            notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
             plausibility::implausible_pitches,
             requirements::RequirementsBody,
         },
         json::{gather::gathered, value::read_json, writer},
         problem::Problem,
+        warning::WarningBody,
     },
     jobs::Measurand,
 };
@@ -107,7 +107,7 @@ pub struct PitchEvaluationBody {
     pub tooth_thickness: Option<Thickness>,
     pub runout: Option<RunoutBody>,
     /// Warnings about all of them; each part has its own.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Pitch deviations of a flank.
@@ -118,7 +118,7 @@ pub struct PitchBody {
     #[schema(inline)]
     pub result: Pitch,
     /// Warnings.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 impl Deref for PitchBody {
@@ -137,7 +137,7 @@ pub struct RunoutBody {
     #[schema(inline)]
     pub result: Runout,
     /// Warnings.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Evaluates the pitches of a request; `own` is the gear of the job and `of` what the iteration
@@ -200,7 +200,7 @@ impl PitchRequestBody {
         let mut warnings = Vec::new();
         // pitches from which no run-out follows are still evaluated
         let mut none = |why: &str| {
-            warnings.push(NoticeBody::new("no_runout", &format!("no run-out follows from the pitches: {why}")));
+            warnings.push(WarningBody::new("no_runout", &format!("no run-out follows from the pitches: {why}")));
         };
         let runout = match (&self.readings_um, &left, &right, self.counting) {
             (Some(readings), ..) => {
@@ -235,12 +235,12 @@ impl PitchRequestBody {
             let single = limits.single_pitches(&found, all, rounding, uncertainty.single_pitch);
             let cumulative = limits.cumulative_pitch(&found, all, rounding, uncertainty.cumulative_pitch);
             found.hold(single, cumulative);
-            let warnings = found.warnings.iter().map(|warning| NoticeBody::of_pitch(warning, &deviations));
+            let warnings = found.warnings.iter().map(|warning| WarningBody::of_pitch(warning, &deviations));
             PitchBody { warnings: warnings.chain(implausible).collect(), result: found }
         };
         let of_runout = |found: Runout| {
             let held = limits.runout(&found, all, rounding, uncertainty.runout);
-            let warnings = found.warnings.iter().map(NoticeBody::from).collect();
+            let warnings = found.warnings.iter().map(WarningBody::from).collect();
             RunoutBody { result: Runout { held, ..found }, warnings }
         };
         let answer = PitchEvaluationBody {

@@ -4,14 +4,12 @@ use super::{pitch::FilePitch, spec::ImportSpecBody};
 use crate::{
     api::{
         faults::Faults,
-        gears::{
-            evaluation::{answer::EvaluationBody, request::EvaluateBody},
-            notice::NoticeBody,
-        },
+        gears::evaluation::{answer::EvaluationBody, request::EvaluateBody},
         json::text::{SHORT, ShortText},
         measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis, trace_lengths},
         problem::Problem,
         tables::nodes,
+        warning::WarningBody,
     },
     jobs::Measurand,
 };
@@ -35,7 +33,7 @@ pub struct FileRead {
     /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where
     /// material protrudes.
     pub nodes: Vec<FlankNodes>,
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Nodes of one flank.
@@ -60,9 +58,9 @@ pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
 }
 
 /// Returns the warnings of a reader.
-pub(in crate::api) fn notices(notes: &Notes) -> Vec<NoticeBody> {
+pub(in crate::api) fn notices(notes: &Notes) -> Vec<WarningBody> {
     let each = notes.list().iter();
-    each.map(|Note { line, remark }| NoticeBody::new(remark.code(), &format!("line {line}: {remark}"))).collect()
+    each.map(|Note { line, remark }| WarningBody::new(remark.code(), &format!("line {line}: {remark}"))).collect()
 }
 
 impl FileRead {

@@ -16,11 +16,11 @@ use crate::api::{
             request::{EvaluateBody, EvaluationSettingsBody},
         },
         gear::GearBody,
-        notice::NoticeBody,
         requirements::RequirementsBody,
         trace::TraceBody,
     },
     problem::Problem,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     formats::klingelnberg::{Curves, ProfileAxis, Range, SectionPlane, SignConvention},
@@ -56,13 +56,13 @@ pub(in crate::api) fn read(
     for (kind, word) in [(Kind::Profile, "profiles"), (Kind::Helix, "helices")] {
         if !signs.is_known(kind) && curves.curves.iter().any(|curve| curve.kind == kind) {
             let message = format!("the file's settings of signs are not known; those of DIN are assumed for {word}");
-            warnings.push(NoticeBody::new("sign_assumed", &message));
+            warnings.push(WarningBody::new("sign_assumed", &message));
         }
     }
     let placed = curves.place(&gear).with_sense(signs, SignConvention::Din);
     for lost in &placed.unplaced {
         let message = format!("line {}: the trace of tooth {} has no positions: {}", lost.line, lost.tooth, lost.why);
-        warnings.push(NoticeBody::new("trace_without_positions", &message));
+        warnings.push(WarningBody::new("trace_without_positions", &message));
     }
     let teeth = gear.data().teeth;
     let strange = |tooth: &str| Position::number(tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number));
@@ -71,7 +71,7 @@ pub(in crate::api) fn read(
     if !strange.is_empty() {
         let named: Vec<&str> = strange.into_iter().take(10).collect();
         let message = format!("the gear has {teeth} teeth; none has the number of {}", named.join(", "));
-        warnings.push(NoticeBody::new("unknown_tooth", &message));
+        warnings.push(WarningBody::new("unknown_tooth", &message));
     }
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
     let accept_units = spec.evaluation.as_ref().and_then(|evaluation| evaluation.accept_units);
@@ -86,7 +86,7 @@ pub(super) fn of_traces(
     traces: Vec<Trace>,
     mut settings: EvaluationSettingsBody,
     required: Option<&RequirementsBody>,
-    mut warnings: Vec<NoticeBody>,
+    mut warnings: Vec<WarningBody>,
 ) -> Result<FileRead, Problem> {
     if settings.against == Some(Against::Design) && required.is_none_or(|required| required.design.is_none()) {
         let detail = "there is no design: add a `design` to the job's requirements";
@@ -100,7 +100,7 @@ pub(super) fn of_traces(
     let evaluation = evaluation.unwrap_or_else(|faults| {
         let why: Vec<String> =
             faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
-        warnings.push(NoticeBody::new("not_evaluated", &why.join("; ")));
+        warnings.push(WarningBody::new("not_evaluated", &why.join("; ")));
         None
     });
     let nodes = nodes_of(&gear, &traces, &settings);
@@ -123,7 +123,7 @@ fn settings(
     curves: &Curves,
     gear: &Gear,
     mut asked: EvaluationSettingsBody,
-    warnings: &mut Vec<NoticeBody>,
+    warnings: &mut Vec<WarningBody>,
 ) -> EvaluationSettingsBody {
     let (profile, helix) = (curves.header.profile_setup(), curves.header.helix_setup());
     let rules = curves.header.rules();
@@ -180,7 +180,7 @@ fn settings(
         let message = format!(
             "code {code} has the unknown rule {rule} for plus material; its settings for total and form are used"
         );
-        warnings.push(NoticeBody::new("plus_material_assumed", &message));
+        warnings.push(WarningBody::new("plus_material_assumed", &message));
     }
     if rules.section == Some(SectionPlane::Normal) {
         asked.direction = asked.direction.or(Some(Direction::Normal));
@@ -195,7 +195,7 @@ fn evaluated(
     traces: &[Trace],
     lines: &[Option<Vec<f64>>],
     settings: &EvaluationSettingsBody,
-    warnings: &mut Vec<NoticeBody>,
+    warnings: &mut Vec<WarningBody>,
 ) -> Result<Option<EvaluationBody>, Faults> {
     if traces.is_empty() {
         return Ok(None);

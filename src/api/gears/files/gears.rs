@@ -10,12 +10,10 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    gears::{
-        gear::{GearBody, GearToolBody},
-        notice::NoticeBody,
-    },
+    gears::gear::{GearBody, GearToolBody},
     json::writer,
     problem::Problem,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     formats::{
@@ -42,7 +40,7 @@ pub struct GearsOfFileBody {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<FileValueBody>,
     /// Warnings about the file.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Format of a file, by its content.
@@ -182,14 +180,14 @@ fn name(datum: Datum) -> &'static str {
     }
 }
 
-fn of_header(gear: impl FnOnce(&mut Notes) -> GearFacts, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
+fn of_header(gear: impl FnOnce(&mut Notes) -> GearFacts, warnings: &mut Vec<WarningBody>) -> GearOfFileBody {
     let mut notes = Notes::default();
     let facts = gear(&mut notes);
     warnings.extend(notices(&notes));
     of_facts(&facts, "the file", warnings)
 }
 
-fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
+fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<WarningBody>) -> GearOfFileBody {
     let (mut gear, mut missing) = (None, Vec::new());
     match facts.gear_data() {
         Err(lacks) => missing = lacks.iter().map(|datum| name(*datum).to_owned()).collect(),
@@ -198,7 +196,7 @@ fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<NoticeBody>) -> 
             Err(faults) => {
                 for fault in Faults::from(faults).list() {
                     let message = format!("gear of {called}: {}: {}", fault.pointer, fault.detail);
-                    warnings.push(NoticeBody::new("impossible_gear", &message));
+                    warnings.push(WarningBody::new("impossible_gear", &message));
                 }
             }
         },
@@ -243,7 +241,7 @@ pub(in crate::api) fn chosen(
     facts: &GearFacts,
     own: Option<&Gear>,
     asked: bool,
-    warnings: &mut Vec<NoticeBody>,
+    warnings: &mut Vec<WarningBody>,
 ) -> Result<Gear, Problem> {
     let Some(gear) = own else {
         let data = facts.gear_data().map_err(|missing| {
@@ -265,7 +263,7 @@ pub(in crate::api) fn chosen(
             faults.push("/file", detail);
         } else {
             let message = format!("`{name}` is {file} in the file and {gear} in {whose}, which is used");
-            warnings.push(NoticeBody::new("gear_differs", &message));
+            warnings.push(WarningBody::new("gear_differs", &message));
         }
     }
     faults.into_result(gear.clone()).map_err(Problem::invalid)

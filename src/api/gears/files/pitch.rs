@@ -1,10 +1,12 @@
 //! Tables of pitches of a gear tester, evaluated.
 
-use crate::api::gears::{
-    evaluation::pitch::{PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
-    gear::GearBody,
-    notice::NoticeBody,
-    requirements::RequirementsBody,
+use crate::api::{
+    gears::{
+        evaluation::pitch::{PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
+        gear::GearBody,
+        requirements::RequirementsBody,
+    },
+    warning::WarningBody,
 };
 use flankfit_engine::{
     formats::klingelnberg::{Curves, PitchRow, PitchTable},
@@ -27,11 +29,11 @@ pub(super) fn read(
     gear: &Gear,
     accept_units: Option<bool>,
     required: Option<&RequirementsBody>,
-    warnings: &mut Vec<NoticeBody>,
+    warnings: &mut Vec<WarningBody>,
 ) -> Option<FilePitch> {
     let gear_body = Some(GearBody::from(gear.data()));
     let mut request = PitchRequestBody { gear: gear_body, accept_units, ..PitchRequestBody::default() };
-    let mut warn = |code: &str, message: String| warnings.push(NoticeBody::new(code, &message));
+    let mut warn = |code: &str, message: String| warnings.push(WarningBody::new(code, &message));
     for table in &curves.pitch {
         let line = table.line;
         let Some(side) = table.side else {
@@ -59,7 +61,7 @@ pub(super) fn read(
     if request.left.is_none() && request.right.is_none() {
         return None;
     }
-    let mut notices: Vec<NoticeBody> = Vec::new();
+    let mut notices: Vec<WarningBody> = Vec::new();
     request.counting = counting(curves, &request, &mut notices);
     notices.extend(required.and_then(|required| required.fill_pitch(&mut request.pitch_limits, gear)));
     match request.evaluated(gear) {
@@ -81,14 +83,14 @@ const DECIDES: f64 = 0.9;
 
 /// Returns the direction in which the teeth of a file are counted: from code 161, or from the
 /// file's own run-out.
-fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<NoticeBody>) -> Option<Counting> {
+fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<WarningBody>) -> Option<Counting> {
     let index = |flank: &Option<PitchMeasuredBody>| flank.as_ref()?.index_deviation_um.clone();
     let both = index(&request.left).zip(index(&request.right)).zip(request.readings_um.clone());
     let agreement = |counting: Counting| {
         let ((left, right), readings) = both.as_ref()?;
         runout::agreement(left, right, readings, counting)
     };
-    let mut notice = |code: &str, message: String| notices.push(NoticeBody::new(code, &message));
+    let mut notice = |code: &str, message: String| notices.push(WarningBody::new(code, &message));
     if let Some(setting) = curves.header.rules().by_spaces.filter(|setting| *setting != 0) {
         let message = format!(
             "code 163 is {setting}: the assignment of flanks to a tooth number is not known; pitches of each flank do \

@@ -7,8 +7,9 @@ use super::{
 };
 use crate::api::{
     faults::{Faults, pointer_of},
-    gears::{notice::NoticeBody, requirements::RequirementsBody},
+    gears::requirements::RequirementsBody,
     problem::Problem,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     formats::{
@@ -52,7 +53,7 @@ pub(in crate::api) fn of_list(
     let mut warnings = Vec::new();
     for (index, stray) in &deviations.strays {
         let message = format!("line {}: {stray}", points[*index].line);
-        warnings.push(NoticeBody::new("stray_point", &message));
+        warnings.push(WarningBody::new("stray_point", &message));
     }
     of_deviations(gear.clone(), deviations, warnings)
 }
@@ -78,7 +79,7 @@ pub(in crate::api) fn of_model(
     warnings.extend(notices(&model.notes));
     let message = "a model does not define the sign of its amounts; they are assumed to be along the normal, positive \
         where material protrudes";
-    warnings.push(NoticeBody::new("sign_assumed", &message));
+    warnings.push(WarningBody::new("sign_assumed", &message));
     if !topographies {
         let traces = traces(of_gear, &gear, &mut warnings);
         let mut settings = spec.evaluation.clone().unwrap_or_default();
@@ -103,7 +104,7 @@ pub(in crate::api) fn of_model(
                 flank.id,
                 counted(lost, "amount", "amounts")
             );
-            warnings.push(NoticeBody::new("off_the_tooth", &message));
+            warnings.push(WarningBody::new("off_the_tooth", &message));
         }
     }
     let deviations = Deviations { direction: Direction::Normal, ball_radius: 0.0, nodes, strays: Vec::new() };
@@ -111,7 +112,7 @@ pub(in crate::api) fn of_model(
 }
 
 /// Returns the traces of a gear, all on the one tooth of a model.
-fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Vec<Trace> {
+fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<WarningBody>) -> Vec<Trace> {
     let mut traces = Vec::new();
     for flank in &of_gear.flanks {
         for measured in &flank.traces {
@@ -121,7 +122,7 @@ fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Ve
             };
             let Some(at) = at else {
                 let message = format!("trace {} extends below the base circle; it is omitted", measured.id);
-                warnings.push(NoticeBody::new("trace_without_positions", &message));
+                warnings.push(WarningBody::new("trace_without_positions", &message));
                 continue;
             };
             traces.push(Trace {
@@ -137,7 +138,7 @@ fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Ve
     traces
 }
 
-fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) -> Result<FileRead, Problem> {
+fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<WarningBody>) -> Result<FileRead, Problem> {
     let mut nodes: Vec<FlankNodes> = deviations
         .flanks()
         .into_iter()

@@ -8,7 +8,6 @@ use utoipa::ToSchema;
 
 use crate::api::{
     fits::{nodes_text, spec::nodes::NodesBody},
-    gears::notice::NoticeBody,
     json::writer,
     measurand::{axes::AxesBody, units},
     problem::Problem,
@@ -16,6 +15,7 @@ use crate::api::{
         mapping::{ColumnBody, MappingBody, axis_unit},
         nodes,
     },
+    warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::Nodes,
@@ -51,6 +51,7 @@ pub enum ProposedFromName {
 
 /// Proposed interpretation of a table. Its first six members are a mapping, to be sent with the
 /// file to an import, with corrections.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TableProposal, example = json!({
     "separator": ";", "decimal": ",", "header": true, "matrix": false,
@@ -84,7 +85,6 @@ pub struct ProposalBody {
     /// heights. Unknown columns are `ignore`.
     pub columns: Vec<ColumnBody>,
     /// Layout of the nodes; absent if their columns are not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
     /// Source of the members above.
     pub proposed_from: ProposedFromName,
@@ -97,14 +97,12 @@ pub struct ProposalBody {
     pub flanks: Vec<TableFlankBody>,
     /// Axes of the nodes in the form of an iteration; absent if the columns are not those of a
     /// flank.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
     /// Preview of the numbers with this mapping.
     pub preview: PreviewBody,
     /// Assumptions, and parts that were left out.
-    pub warnings: Vec<NoticeBody>,
+    pub warnings: Vec<WarningBody>,
     /// With `include=nodes`: the nodes of the first flank.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub read: Option<NodesBody>,
 }
 
@@ -169,7 +167,7 @@ pub fn answer(
         (None, Some(_)) => (nodes::table(content, mapping, "/file")?, ProposedFromName::Mapping),
         (None, None) => (nodes::table(content, None, "/file")?, ProposedFromName::File),
     };
-    let mut warnings: Vec<NoticeBody> = table.notes.iter().map(|note| NoticeBody::new(note.code(), note)).collect();
+    let mut warnings: Vec<WarningBody> = table.notes.iter().map(|note| WarningBody::new(note.code(), note)).collect();
     let points = if table.holds_points() { table.points().map_or(0, |points| points.len()) } else { 0 };
     let (layout, sets) = match table.node_sets() {
         Ok(sets) => (Some(Layout::of(&sets)), sets),
@@ -181,13 +179,13 @@ pub fn answer(
     };
     for set in &sets {
         match set.crossings.map(|crossings| crossings.helix_sign()) {
-            Some(HelixSign::Turned) => warnings.push(NoticeBody::new("helices_turned", &turned(set))),
-            Some(HelixSign::Undetermined) => warnings.push(NoticeBody::new("sign_assumed", &sign_assumed(set))),
+            Some(HelixSign::Turned) => warnings.push(WarningBody::new("helices_turned", &turned(set))),
+            Some(HelixSign::Undetermined) => warnings.push(WarningBody::new("sign_assumed", &sign_assumed(set))),
             Some(HelixSign::AsGiven) | None => {}
         }
     }
     for set in sets.iter().filter(|set| set.own_zeros.is_some()) {
-        warnings.push(NoticeBody::new("own_zeros_assumed", &own_zeros(set)));
+        warnings.push(WarningBody::new("own_zeros_assumed", &own_zeros(set)));
     }
     let zeros = sets.first().filter(|_| with_nodes).and_then(|set| set.own_zeros.as_ref());
     let proposal = ProposalBody {
@@ -229,14 +227,14 @@ pub fn answer(
 }
 
 /// Why it is not known what the nodes of a table are.
-fn unknown(error: &FileError) -> NoticeBody {
+fn unknown(error: &FileError) -> WarningBody {
     let fault = if let FileError::Table(fault) = error { Some(fault) } else { None };
     match fault.and_then(|fault| Some((fault.flanks?, &fault.message))) {
-        Some((FlankFault::Unknown, message)) => NoticeBody::new("flank_unknown", message),
-        Some((FlankFault::TooMany, message)) => NoticeBody::new("too_many_flanks", message),
+        Some((FlankFault::Unknown, message)) => WarningBody::new("flank_unknown", message),
+        Some((FlankFault::TooMany, message)) => WarningBody::new("too_many_flanks", message),
         None => {
             let message = "the columns with places and heights are not known; name them as `columns`";
-            NoticeBody::new("columns_unknown", &message)
+            WarningBody::new("columns_unknown", &message)
         }
     }
 }
