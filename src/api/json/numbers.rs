@@ -121,7 +121,8 @@ impl Numbers {
             Token::Null => {
                 self.nulls.push(
                     self.place(),
-                    "null marks a missing node only in the heights of `nodes` of type `grid`; omit the node, or send a grid",
+                    "null marks a missing node only in the heights of `nodes` of type `grid`; omit the node, or send a \
+                     grid",
                 );
             }
             other => {
