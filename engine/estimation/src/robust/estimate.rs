@@ -77,16 +77,15 @@ pub(crate) fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Opt
         Estimator::L(asked) => l_estimator::estimate(asked, measured)?,
         Estimator::Likelihood(distribution) => likelihood::estimate(*distribution, measured)?,
     };
-    let measured_factor = few_nodes::measured(estimator, outcome.subset_size, measured);
-    Ok(Some(as_least_squares(outcome, measured_factor, measured)))
+    let widening = few_nodes::widening(estimator, &outcome, measured);
+    Ok(Some(as_least_squares(outcome, widening, measured)))
 }
 
-/// Brings an outcome into the form in which a fit goes on, with the measured factor of its standard
-/// errors.
-fn as_least_squares(outcome: Outcome, measured_factor: f64, measured: &Measured) -> RobustEstimate {
+/// Brings an outcome into the form in which a fit goes on, with the factor of its standard errors;
+/// `None` for no standard errors.
+fn as_least_squares(outcome: Outcome, widening: Option<f64>, measured: &Measured) -> RobustEstimate {
     let Measured { linear, sample, .. } = *measured;
     let (m, n) = (sample.count(), linear.design.size());
-    let widening = outcome.widening.map(|factor| measured_factor * factor);
     let mut warnings = outcome.warnings;
     if widening.is_none() && m > n && outcome.scale.is_some_and(|scale| scale > 0.0) {
         warnings.push(Warning::FewNodesOfRobust { nodes: m, coefficients: n });

@@ -26,8 +26,8 @@
 use std::f64::consts::PI;
 
 use super::{
-    exact, few_nodes, least_absolute, lp,
-    outcome::{Measured, Outcome, Solved},
+    exact, least_absolute, lp,
+    outcome::{Measured, Outcome, Slopes, Solved},
     rows::{Rows, weighted_solution},
     scale::{NORMAL_QUARTILE, median_abs},
 };
@@ -85,10 +85,8 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
     let tau = tau.filter(|_| m > n);
     let bound = at_bound(distribution, shape, range);
     let weights = weights(distribution, shape, &found);
-    let widening = match distribution {
-        Distribution::Student { .. } => student_widening(shape, &found, n),
-        _ => Some(1.0),
-    };
+    let is_student = matches!(distribution, Distribution::Student { .. });
+    let slopes = is_student.then(|| student_slopes(shape, &found.residuals, found.scale, n));
     let mut warnings = found.warnings;
     let settled = exact::settled(Some(found.scale), tau, &found.residuals, n, problem.largest, &mut warnings);
     let weights = settled.weights.unwrap_or(weights);
@@ -103,7 +101,7 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         objective: if known { -(found.log_likelihood + jacobian) } else { 0.0 },
         weights,
         dispersion: settled.dispersion,
-        widening,
+        slopes,
         local: if found.convex { LocalSolution::Global } else { LocalSolution::FromStart },
         likelihood: known.then(|| LikelihoodReport {
             shape: (distribution != Distribution::Laplace).then_some(shape),
@@ -346,25 +344,13 @@ fn student_tau(nu: f64, r: &[f64], s: f64, n: usize) -> Option<f64> {
         return None;
     }
     let squares: f64 = r.iter().map(|r| r / s).map(|u| ((nu + 1.0) * u / (nu + u * u)).powi(2)).sum();
-    let (mean, correction) = student_slopes(nu, r, s, n);
-    let tau = s * (squares / (m - n) as f64).sqrt() * correction / mean;
-    (mean > 0.0 && tau.is_finite()).then_some(tau)
+    let slopes = student_slopes(nu, r, s, n);
+    let tau = s * (squares / (m - n) as f64).sqrt() * slopes.k / slopes.mean;
+    (slopes.mean > 0.0 && tau.is_finite()).then_some(tau)
 }
 
-/// The mean slope of ψ, and Huber's K.
-fn student_slopes(nu: f64, r: &[f64], s: f64, n: usize) -> (f64, f64) {
-    let count = r.len() as f64;
+/// Slopes of ψ, which has the slope (ν + 1)/ν at 0.
+fn student_slopes(nu: f64, r: &[f64], s: f64, n: usize) -> Slopes {
     let slope = |u: f64| (nu + 1.0) * (nu - u * u) / (nu + u * u).powi(2);
-    let slopes: Vec<f64> = r.iter().map(|r| slope(r / s)).collect();
-    let mean = slopes.iter().sum::<f64>() / count;
-    let variance = slopes.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-    (mean, 1.0 + n as f64 / count * variance / (mean * mean))
-}
-
-/// The factor of Student's standard errors with few nodes; ψ has the slope (ν + 1)/ν at 0.
-fn student_widening(nu: f64, found: &AtShape, n: usize) -> Option<f64> {
-    let (mean, k) = student_slopes(nu, &found.residuals, found.scale, n);
-    let m = found.residuals.len();
-    let by_slopes = few_nodes::by_slopes(mean * nu / (nu + 1.0), k, m, n)?;
-    Some(by_slopes * few_nodes::of_student(nu, m, n))
+    Slopes::new(r.iter().map(|r| slope(r / s)), r.len(), n)
 }

@@ -22,8 +22,8 @@
 
 use super::{
     exact::{self, EXACT},
-    few_nodes, lts, minimax,
-    outcome::{Measured, Outcome, Solved, Weighting},
+    lts, minimax,
+    outcome::{Measured, Outcome, Slopes, Solved, Weighting},
     scale::scale,
 };
 use crate::{
@@ -102,8 +102,8 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
     let s = if is_exact { 0.0 } else { last_scale.unwrap_or(0.0) };
     let known = asked.contamination != Some(Contamination::Estimated);
     let convex =
-        known && asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
-    let ((dispersion, widening), objective) = if is_exact {
+        told && asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
+    let ((dispersion, slopes), objective) = if is_exact {
         warnings.push(exact::warning(omega.iter().filter(|w| **w > 0.0).count(), m));
         ((None, None), 0.0)
     } else {
@@ -119,7 +119,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
         objective,
         weights: omega,
         dispersion,
-        widening,
+        slopes,
         start: Some(asked.start),
         minimax: asked.contamination.filter(|_| !is_exact).and_then(|given| minimax::report(given, loss)),
         local: if convex { LocalSolution::Global } else { LocalSolution::FromStart },
@@ -134,20 +134,16 @@ fn estimated(residuals: &[f64], s: f64) -> Loss {
     Loss::Huber { k: minimax::likeliest_k(&u) }
 }
 
-/// √ of what `(XᵀX)⁻¹` is multiplied with, and its factor with few nodes.
-fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> (Option<f64>, Option<f64>) {
+/// √ of what `(XᵀX)⁻¹` is multiplied with, and the slopes of ψ.
+fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> (Option<f64>, Option<Slopes>) {
     let m = residuals.len();
     if m <= n {
         return (None, None);
     }
-    let count = m as f64;
     let squares: f64 = residuals.iter().map(|r| (s * loss.psi(r / s)).powi(2)).sum();
-    let slopes = || residuals.iter().map(|r| loss.psi_slope(r / s));
-    let mean = slopes().sum::<f64>() / count;
-    let variance = slopes().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
-    let k = 1.0 + n as f64 / count * variance / (mean * mean);
-    let dispersion = (squares / (m - n) as f64).sqrt() * k / mean;
-    ((mean > 0.0 && dispersion.is_finite()).then_some(dispersion), few_nodes::by_slopes(mean, k, m, n))
+    let slopes = Slopes::new(residuals.iter().map(|r| loss.psi_slope(r / s)), m, n);
+    let dispersion = (squares / (m - n) as f64).sqrt() * slopes.k / slopes.mean;
+    ((slopes.mean > 0.0 && dispersion.is_finite()).then_some(dispersion), Some(slopes))
 }
 
 /// The weights left too few nodes for the coefficients: what the caller has set apart from the

@@ -47,8 +47,8 @@ pub(super) struct Outcome {
     pub local: LocalSolution,
     /// τ of the standard errors.
     pub dispersion: Option<f64>,
-    /// Factor of the standard errors by theory, with few nodes; `None` for no standard errors.
-    pub widening: Option<f64>,
+    /// Slopes of ψ at the residuals, of estimators that have a ψ.
+    pub slopes: Option<Slopes>,
     /// Another τ along one direction.
     pub along: Option<Along>,
     pub minimax: Option<MinimaxReport>,
@@ -73,12 +73,31 @@ impl Default for Outcome {
             start: None,
             local: LocalSolution::Global,
             dispersion: None,
-            widening: Some(1.0),
+            slopes: None,
             along: None,
             minimax: None,
             likelihood: None,
             warnings: Vec::new(),
         }
+    }
+}
+
+/// Slopes of ψ at the residuals.
+#[derive(Clone, Copy)]
+pub(super) struct Slopes {
+    /// Their mean.
+    pub mean: f64,
+    /// Huber's K, which τ contains.
+    pub k: f64,
+}
+
+impl Slopes {
+    /// Returns those of m residuals of a model of n coefficients.
+    pub(super) fn new(slopes: impl Iterator<Item = f64> + Clone, m: usize, n: usize) -> Self {
+        let count = m as f64;
+        let mean = slopes.clone().sum::<f64>() / count;
+        let variance = slopes.map(|slope| (slope - mean).powi(2)).sum::<f64>() / count;
+        Slopes { mean, k: 1.0 + n as f64 / count * variance / (mean * mean) }
     }
 }
 
