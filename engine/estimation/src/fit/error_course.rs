@@ -1,5 +1,7 @@
 //! Direction and parameters of correlated errors.
 
+use std::cell::LazyCell;
+
 use super::{
     error_checks::{family, given},
     error_models::{MOST_PRODUCTS, Plain, too_large},
@@ -43,15 +45,16 @@ impl Plain<'_> {
     /// Returns lines and process in the given direction; of a grid without one, in that in which
     /// the residuals are likelier, and in both where that is significantly likelier.
     pub(super) fn course(&self, errors: &Errors, residuals: &[f64]) -> Result<Course, FitError> {
-        let along = |along| self.course_along(errors, along, residuals);
+        let orthonormal = LazyCell::new(|| self.orthonormal());
+        let rows = |lines: &Lines| PlainRows::new(&orthonormal, residuals, lines.clone());
+        let along = |along| self.course_along(errors, along, rows);
         if !matches!(self.nodes, Nodes::Grid(_)) || errors.along != Along::Order {
             return along(errors.along);
         }
         let likelihood = |course: &Course| match &course.mixture {
             Some(mixture) => mixture.log_likelihood,
             None => {
-                let rows = PlainRows::new(&self.orthonormal(), residuals, course.lines.clone());
-                let found = rows.at(&course.process, self.spec.noise_sigma);
+                let found = rows(&course.lines).at(&course.process, self.spec.noise_sigma);
                 found.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
             }
         };
@@ -69,7 +72,12 @@ impl Plain<'_> {
         self.sample.count() == self.nodes.posted()
     }
 
-    fn course_along(&self, errors: &Errors, along: Along, residuals: &[f64]) -> Result<Course, FitError> {
+    fn course_along(
+        &self,
+        errors: &Errors,
+        along: Along,
+        rows: impl Fn(&Lines) -> PlainRows,
+    ) -> Result<Course, FitError> {
         let measure = match errors.correlation {
             Correlation::Matern { .. } => Measure::Distance,
             Correlation::Ar1 { .. } | Correlation::Ar2 { .. } => Measure::Steps,
@@ -92,7 +100,7 @@ impl Plain<'_> {
         for lines in [Some(&lines), lines.across.as_deref()].into_iter().flatten() {
             self.check_neighbours(&errors.correlation, lines)?;
         }
-        let mixture = self.searched(&family, residuals, lines.clone())?;
+        let mixture = self.searched(&family, &rows(&lines))?;
         Ok(Course { along, lines, process: mixture.process, mixture: Some(mixture) })
     }
 
@@ -116,12 +124,11 @@ impl Plain<'_> {
         Ok(())
     }
 
-    fn searched(&self, family: &Family, residuals: &[f64], lines: Lines) -> Result<Mixture, FitError> {
+    fn searched(&self, family: &Family, rows: &PlainRows) -> Result<Mixture, FitError> {
         let (m, n) = (self.sample.count(), self.design.size());
-        let rows = PlainRows::new(&self.orthonormal(), residuals, lines);
         if rows.work().saturating_mul(family.points()) > MOST_PRODUCTS {
             return Err(Faults::one("errors", too_large(m, n)).into());
         }
-        Mixture::new(&rows, family, self.spec.noise_sigma).ok_or_else(|| undetermined().into())
+        Mixture::new(rows, family, self.spec.noise_sigma).ok_or_else(|| undetermined().into())
     }
 }
