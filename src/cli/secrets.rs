@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_goes_before_a_file_and_what_is_not_needed_is_not_read() {
+    fn arguments_take_precedence_and_unused_files_are_not_read() {
         let missing = Path::new("/nowhere/url");
         let files = [("FLANKFIT_DATABASE_URL", missing)];
         let told = value(&["migrate", "--database-url", "postgres://h/d"], &files, "database_url");
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn help_shows_no_value_of_what_may_be_secret() {
+    fn help_shows_no_secret_values() {
         fn look(command: &Command, met: &mut usize) {
             for arg in command.get_arguments() {
                 let variable = arg.get_env().unwrap_or_default().to_string_lossy();

@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named() {
+    fn unreadable_files_and_cells_are_named() {
         let error = read(Path::new("nowhere.csv")).unwrap_err().to_string();
         assert!(error.contains("nowhere.csv"), "{error}");
         let error = read_text("a.csv", "u,v,z\n1,2,three\n").unwrap_err().to_string();

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peer_is_told_why_it_is_refused_ten_times() {
+    fn a_peer_gets_ten_refusals_before_429() {
         let rates = Rates::new(&ServeSettings::default());
         let status = |text: &str| rates.refuse(Problem::new(ProblemCode::Unauthorized, "no key"), peer(text)).status;
         let statuses: Vec<u16> = (0..12).map(|k| status(&format!("2001:db8::{k}"))).collect();

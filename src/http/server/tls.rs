@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_used_is_named() {
+    fn unusable_certificates_and_keys_are_named() {
         let written = Written::new(pair());
         written.write("key.pem", &pair().1);
         assert!(written.refused().contains("cannot be used"), "{}", written.refused());

@@ -262,7 +262,7 @@ async fn refusals_list_the_admissible_values() {
 }
 
 #[tokio::test]
-async fn what_a_key_allows_is_said_once() {
+async fn rights_of_a_new_key_are_specified_once() {
     let app = start().await;
     let admin = key_of(&app, "default", Role::Admin).await;
     for (body, wrong) in [
@@ -282,7 +282,7 @@ async fn what_a_key_allows_is_said_once() {
 }
 
 #[tokio::test]
-async fn nobody_grants_what_they_have_not() {
+async fn nobody_grants_rights_that_they_lack() {
     let app = start().await;
     let admin = key_of(&app, "default", Role::Admin).await;
     for role in ["reader", "operator", "engineer", "auditor", "admin"] {

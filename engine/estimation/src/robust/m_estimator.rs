@@ -102,7 +102,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
     let s = if is_exact { 0.0 } else { last_scale.unwrap_or(0.0) };
     let known = asked.contamination != Some(Contamination::Estimated);
     let convex =
-        told && asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
+        known && asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
     let ((dispersion, slopes), objective) = if is_exact {
         warnings.push(exact::warning(omega.iter().filter(|w| **w > 0.0).count(), m));
         ((None, None), 0.0)
