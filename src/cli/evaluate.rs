@@ -12,7 +12,7 @@ use crate::{
             deviations,
             evaluation::{answer::EvaluationBody, request::EvaluationSettingsBody},
             files::{
-                content::{self, FileRead},
+                content::FileRead,
                 gears::{self, GearsOfFileBody},
                 read::read,
                 spec::ImportSpecBody,
@@ -23,11 +23,12 @@ use crate::{
         problem::Problem,
     },
     cli::{CommandError, called, content_of, out::out, progress, table::Table, wrong_in},
+    jobs::side_name,
 };
 use flankfit_engine::{
     formats::{GearFile, gear_file, klingelnberg::ResultValue},
     gear::{
-        Gear, Kind, Side,
+        Gear, Kind,
         evaluation::{Evaluated, flank_surface::Figure},
     },
     words::Shown,
@@ -137,7 +138,7 @@ fn gears(found: &GearsOfFileBody, json: bool) -> Result<String, CommandError> {
             number(gear.and_then(|gear| gear.normal_pressure_angle_deg)),
             number(gear.and_then(|gear| gear.helix_angle_deg)),
             number(gear.and_then(|gear| gear.profile_shift_coefficient)),
-            of.topographies.iter().map(|side| side_word(*side)).collect::<Vec<_>>().join(" "),
+            of.topographies.iter().map(|side| side_name(*side)).collect::<Vec<_>>().join(" "),
             of.missing.join(" "),
         ]);
     }
@@ -147,10 +148,6 @@ fn gears(found: &GearsOfFileBody, json: bool) -> Result<String, CommandError> {
 /// With one decimal, and no sign where that leaves 0.
 fn tenths(x: f64) -> String {
     format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0)
-}
-
-fn side_word(side: Side) -> &'static str {
-    if side == Side::Left { "left" } else { "right" }
 }
 
 fn of_gear(gear: &Gear) -> String {
@@ -175,7 +172,7 @@ fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
         let number = |x: f64| format!("{x:.2}");
         table.row([
             flank.tooth.clone(),
-            content::word(flank.side).to_owned(),
+            side_name(flank.side).to_owned(),
             flank.places.len().to_string(),
             number(deviations().sum::<f64>() / count),
             number((deviations().map(|d| d * d).sum::<f64>() / count).sqrt()),
@@ -225,7 +222,7 @@ fn trace_table(
         );
         table.row([
             trace.tooth.clone(),
-            side_word(trace.flank).to_owned(),
+            side_name(trace.flank).to_owned(),
             number(trace.values.map(|values| values.slope_um)),
             number(trace.values.map(|values| values.form_um)),
             number(trace.values.map(|values| values.total_um)),
@@ -235,7 +232,7 @@ fn trace_table(
     }
     write!(out, "{table}")?;
     for mean in found.summaries.iter().filter(|mean| mean.kind == kind) {
-        let flank = side_word(mean.flank);
+        let flank = side_name(mean.flank);
         writeln!(
             out,
             "  {flank}, mean of {}: {slope} {:.1} (variation {:.1}), {form} {:.1}, {total} {:.1}",
@@ -263,7 +260,7 @@ fn surface_table(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
         let of = &surface.figures;
         table.row([
             surface.tooth.clone(),
-            side_word(surface.flank).to_owned(),
+            side_name(surface.flank).to_owned(),
             surface.traces.to_string(),
             figure(&of.profile_slope),
             figure(&of.helix_slope),
@@ -283,7 +280,7 @@ fn twists(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
             let unit = if twist.kind == Kind::Helix { "d" } else { "z" };
             format!(" between {unit} {} and {} mm", Shown(a), Shown(b))
         });
-        let flank = side_word(twist.flank);
+        let flank = side_name(twist.flank);
         writeln!(out, "  twist of tooth {}, {flank} flank, by {by}{between}: {:.1} µm", twist.tooth, twist.twist_um)?;
     }
     Ok(())

@@ -3,18 +3,14 @@
 
 use std::fmt;
 
-/// Alignment of the cells of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
-    Left,
-    Right,
-}
-
 /// A table under construction.
 #[derive(Clone, Debug)]
 pub struct Table {
     headings: Vec<String>,
-    aligns: Vec<Align>,
+    /// Number of columns of text, from the first on; the others hold numbers.
+    left: usize,
+    /// Whether the last column is text, too.
+    remark: bool,
     rows: Vec<Vec<String>>,
 }
 
@@ -23,16 +19,15 @@ impl Table {
     pub fn new<const N: usize>(headings: [&str; N], left: usize) -> Self {
         Table {
             headings: headings.iter().map(|heading| (*heading).to_owned()).collect(),
-            aligns: (0..N).map(|column| if column < left { Align::Left } else { Align::Right }).collect(),
+            left,
+            remark: false,
             rows: Vec::new(),
         }
     }
 
     /// Makes the last column text, for remarks after the numbers.
     pub fn with_remark(mut self) -> Self {
-        if let Some(last) = self.aligns.last_mut() {
-            *last = Align::Left;
-        }
+        self.remark = true;
         self
     }
 
@@ -54,12 +49,11 @@ impl fmt::Display for Table {
         }
         let line = |row: &[String]| {
             let mut text = String::from(" ");
-            for ((cell, &width), align) in row.iter().zip(&widths).zip(&self.aligns) {
-                text.push_str("  ");
-                match align {
-                    Align::Left => text.push_str(&format!("{cell:<width$}")),
-                    Align::Right => text.push_str(&format!("{cell:>width$}")),
-                }
+            for (k, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+                text.push_str(&match k < self.left || (self.remark && k + 1 == row.len()) {
+                    true => format!("  {cell:<width$}"),
+                    false => format!("  {cell:>width$}"),
+                });
             }
             text.truncate(text.trim_end().len());
             text

@@ -6,7 +6,7 @@
 //! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of
 //!   each flank the tooth with the most nodes.
 
-use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
+use std::{collections::BTreeSet, path::Path, sync::Arc};
 
 use flankfit_engine::{
     estimation::{
@@ -30,7 +30,7 @@ use crate::{
         problem::Problem,
         tables::nodes,
     },
-    cli::CommandError,
+    cli::{CommandError, content_of},
 };
 
 /// Nodes to be shown, as the body of a fit request.
@@ -54,7 +54,7 @@ pub enum Units {
 
 /// Reads a file of any of the known forms.
 pub fn read(path: &Path) -> Result<Vec<NodeSet>, CommandError> {
-    of_content(path, &fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?)
+    of_content(path, &content_of(path, "a fit request or nodes")?)
 }
 
 /// The same of a file that has been read.
@@ -236,7 +236,7 @@ mod tests {
     fn read_text(name: &str, text: &str) -> Result<Vec<NodeSet>, CommandError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
-        fs::write(&path, text).unwrap();
+        std::fs::write(&path, text).unwrap();
         read(&path)
     }
 

@@ -5,14 +5,11 @@ mod parts;
 mod raw;
 mod tables;
 
-use std::{
-    io::{Read, Write},
-    path::{Path, PathBuf},
-};
+use std::{io::Write, path::PathBuf};
 
 use clap::{Args, Subcommand};
 
-use super::{CommandError, out::out, progress};
+use super::{CommandError, content_of, out::out, progress};
 use crate::api::{
     problem::Problem,
     studies::result::{self, RandomizationResult},
@@ -73,7 +70,7 @@ pub fn run(arguments: &StudyArguments) -> Result<(), CommandError> {
     }
     let text = match &arguments.file {
         None => DEFAULT.as_bytes().to_vec(),
-        Some(file) => read(file)?,
+        Some(file) => content_of(file, "a study request as JSON")?,
     };
     if let (Some(which), Some(raw)) = (&arguments.repetitions, &arguments.raw) {
         let said = progress::shown("study", || parts::write(text, which, raw))?;
@@ -96,15 +93,6 @@ impl Shown {
             }
         }
     }
-}
-
-fn read(file: &Path) -> Result<Vec<u8>, CommandError> {
-    if file.as_os_str() == "-" {
-        let mut text = Vec::new();
-        std::io::stdin().read_to_end(&mut text)?;
-        return Ok(text);
-    }
-    std::fs::read(file).map_err(|error| format!("cannot read {}: {error}", file.display()).into())
 }
 
 /// Returns a problem as readable text with its place.
