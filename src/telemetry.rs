@@ -1,15 +1,14 @@
 //! Logs, metrics and traces. They are global to the process and set up once, however many servers
 //! run in it (tests run many).
 
-mod answered;
 mod context;
 mod export;
 mod lines;
-mod series;
 mod traces;
 
 use std::{io::IsTerminal, sync::OnceLock, time::Duration};
 
+use metrics::Label;
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tracing_subscriber::{
     EnvFilter, Layer, Registry, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
@@ -17,7 +16,6 @@ use tracing_subscriber::{
 
 use crate::config::{LogFormat, StartError, TraceSettings};
 
-pub use answered::{record_answer, record_authentication, record_fit};
 pub use context::{Above, TRACEPARENT, TRACESTATE, names};
 pub use export::flush as flush_traces;
 pub use lines::flush as flush_logs;
@@ -158,4 +156,36 @@ pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
 /// Notes that somebody was turned away.
 pub fn record_shed(reason: &'static str) {
     metrics::counter!(SHED, "reason" => reason).increment(1);
+}
+
+/// Notes the response to a request.
+pub fn record_answer(method: &'static str, route: &str, status: u16, elapsed: Duration) {
+    let labels = vec![
+        Label::new("method", method),
+        Label::new("path", route.to_owned()),
+        Label::new("status", status.to_string()),
+    ];
+    metrics::counter!(REQUESTS, labels.clone()).increment(1);
+    metrics::histogram!(REQUEST_SECONDS, labels).record(elapsed.as_secs_f64());
+}
+
+/// Notes what the key of a request was.
+pub fn record_authentication(outcome: &'static str) {
+    metrics::counter!(AUTHENTICATIONS, "outcome" => outcome).increment(1);
+}
+
+/// Notes how long a fit of `nodes` nodes took.
+pub fn record_fit(nodes: usize, elapsed: Duration) {
+    metrics::histogram!(FIT_SECONDS, "size" => size_class(nodes)).record(elapsed.as_secs_f64());
+}
+
+fn size_class(nodes: usize) -> &'static str {
+    match nodes {
+        0..=100 => "le_100",
+        101..=1_000 => "le_1000",
+        1_001..=10_000 => "le_10000",
+        10_001..=100_000 => "le_100000",
+        100_001..=1_000_000 => "le_1000000",
+        _ => "gt_1000000",
+    }
 }
