@@ -204,10 +204,10 @@ macro_rules! repository_operations {
     };
 }
 
-/// Makes the trait of the operations.
-macro_rules! declare {
+/// Makes the trait of the operations, and its reads methods of `$Owner` too.
+macro_rules! operations {
     (
-        $Trait:ident
+        $Owner:ident.$field:ident: $Trait:ident
         reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
         writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
     ) => {
@@ -219,12 +219,17 @@ macro_rules! declare {
             $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'static, $reply>;)*
         }
 
-        impl Jobs {
+        impl $Owner {
             $($(#[$about])* pub fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found> {
-                self.repository.$read($($of),*)
+                self.$field.$read($($of),*)
             })*
         }
     };
+}
+pub(super) use operations;
+
+macro_rules! declare {
+    ($($all:tt)*) => { operations! { Jobs.repository: $($all)* } };
 }
 
 crate::repository_operations!(declare);

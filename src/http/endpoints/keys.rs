@@ -106,7 +106,7 @@ async fn list_keys(
     state: CallerState,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<axum::Json<PageBody<KeyBody>>, Problem> {
-    let page = state.tenant_keys().list(query.check(List::Keys)?).await?;
+    let page = state.tenant_keys().keys(query.check(List::Keys)?).await?;
     Ok(axum::Json(PageBody::new(page, List::Keys)))
 }
 
@@ -178,7 +178,7 @@ async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem
     let now = keys.now();
     let mut page = PageRequest { limit: 200, after: None };
     loop {
-        let Page { items, next } = keys.list(page).await?;
+        let Page { items, next } = keys.keys(page).await?;
         if items.iter().any(|key| key.id != id && key.scopes.contains(Scope::Admin) && key.is_valid(now)) {
             return Ok(true);
         }

@@ -27,7 +27,8 @@ pub struct PlantDraft {
 /// The keys of one tenant and everything that a caller can do with them; and the tenants.
 #[derive(Clone)]
 pub struct TenantKeys {
-    keys: Arc<dyn Keys>,
+    /// Its reads are methods of [`TenantKeys`] too.
+    pub(super) keys: Arc<dyn Keys>,
     tenant: Tenant,
     service: Arc<JobService>,
 }
@@ -42,14 +43,6 @@ impl JobService {
 impl TenantKeys {
     pub fn now(&self) -> Timestamp {
         self.service.now()
-    }
-
-    pub async fn key(&self, id: KeyId) -> Result<ApiKey, RepositoryError> {
-        self.keys.key(id).await
-    }
-
-    pub async fn list(&self, page: PageRequest) -> Result<Page<ApiKey>, RepositoryError> {
-        self.keys.keys(page).await
     }
 
     /// Stores a key. Its secret, where it has one, is returned to this caller only.
@@ -97,14 +90,6 @@ impl TenantKeys {
     /// Ends a key for good.
     pub async fn revoke(&self, id: KeyId) -> Result<(), RepositoryError> {
         self.changed(self.keys.revoke_key(id, self.now())).await
-    }
-
-    pub async fn plant(&self, name: Tenant) -> Result<Plant, RepositoryError> {
-        self.keys.plant(name).await
-    }
-
-    pub async fn plants(&self, page: PageRequest) -> Result<Page<Plant>, RepositoryError> {
-        self.keys.plants(page).await
     }
 
     /// Stores a tenant with its first key.

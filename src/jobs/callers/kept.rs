@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 
-use crate::jobs::*;
+use crate::jobs::{repository::operations, *};
 
 /// Look-ups of credentials, before the caller is known.
 pub trait Credentials: Send + Sync + 'static {
@@ -60,19 +60,8 @@ macro_rules! key_operations {
     };
 }
 
-/// Makes the trait of the operations.
 macro_rules! declare {
-    (
-        $Trait:ident
-        reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
-        writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
-    ) => {
-        /// The keys of a caller's tenant, and the tenants. Writes are as those of a repository.
-        pub trait $Trait: Send + Sync + 'static {
-            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found>;)*
-            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'static, $reply>;)*
-        }
-    };
+    ($($all:tt)*) => { operations! { TenantKeys.keys: $($all)* } };
 }
 
 crate::key_operations!(declare);
