@@ -1,17 +1,13 @@
 //! Corrections of an iteration and of a gear: what they are computed from, and how they are read
 //! with the measurement that followed.
 
-use uuid::Uuid;
-
+use super::prelude::*;
 use super::{
-    Context,
-    budget::WithPermit,
     entered::entered_after,
     rounds::{Iterations, measured, measured_of, newest, tooth_shift},
 };
 use crate::{
     api::{
-        faults::Faults,
         gears::{
             correction::{
                 self,
@@ -27,9 +23,9 @@ use crate::{
             requirements::RequirementsBody,
         },
         jobs::records::{self, Shown},
-        problem::{Problem, ProblemCode, Room},
+        problem::{ProblemCode, Room},
     },
-    jobs::{Job, RecordDraft, RecordKind, Rounds, Successors},
+    jobs::{Job, RecordDraft, Rounds, Successors},
 };
 
 /// The form of a correction that is read.

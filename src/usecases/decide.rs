@@ -1,15 +1,13 @@
 //! Later changes of a stored iteration: the measurand of its nodes, and the decision on the gear.
 
-use std::sync::Arc;
-
-use super::{Context, nodes, prior};
+use super::prelude::*;
+use super::prior;
 use crate::{
     api::{
-        faults::Faults,
         fits::reader,
         gears::{
             correction::chosen::ChosenFigures,
-            fit_figures::{FitFiguresBody, MISSING, OfFlank, can_have_figures},
+            fit_figures::{FitFiguresBody, MISSING, can_have_figures},
         },
         jobs::{
             acceptance::{self, Kept},
@@ -18,14 +16,11 @@ use crate::{
             problem::of_measured,
         },
         json::writer::text_of,
-        problem::Problem,
     },
     jobs::{
-        AmendmentDraft, Computed, Cursor, Decision, DecisionDraft, FitSummary, Iteration, PageRequest, Precondition,
-        RecordKind, RefitDraft,
+        AmendmentDraft, Cursor, Decision, DecisionDraft, FitSummary, Iteration, PageRequest, Precondition, RefitDraft,
     },
 };
-use flankfit_engine::estimation::Nodes;
 
 /// Applies a patch of an iteration, all of it or nothing.
 pub async fn update(

@@ -1,15 +1,10 @@
 //! The changes that were entered on the machine after a correction, as they are stored.
 
-use uuid::Uuid;
-
-use super::{Context, rounds};
+use super::prelude::*;
+use super::rounds;
 use crate::{
-    api::{
-        faults::Faults,
-        gears::correction::applied::{self, AppliedChangesBody, AppliedRequestBody},
-        problem::Problem,
-    },
-    jobs::{Measurand, PageRequest, Predecessors, Record, RecordDraft, RecordKind},
+    api::gears::correction::applied::{self, AppliedChangesBody, AppliedRequestBody},
+    jobs::{Measurand, PageRequest, Predecessors, Record, RecordDraft},
 };
 
 /// Records of one page.

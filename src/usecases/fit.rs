@@ -1,33 +1,23 @@
 //! Further fits of an iteration's nodes: stored, previewed, recomputed with more in the response,
 //! replayed.
 
-use std::sync::Arc;
-
-use uuid::Uuid;
-
-use super::{
-    Context,
-    budget::WithPermit,
-    nodes,
-    prior::{self, Fitted, Gathered},
-};
+use super::prelude::*;
+use super::prior::{self, Fitted, Gathered};
 use crate::{
     api::{
         fits::{
             reader, service,
             spec::include::{self, IncludeName},
         },
-        gears::fit_figures::OfFlank,
         jobs::{
             fits::{self, ReplayBody},
             iteration_requests::Why,
             iterations::IterationFitBody,
         },
-        problem::Problem,
     },
-    jobs::{Computed, FitRecord, Keyed, NewFit, RefitDraft, Stored},
+    jobs::{FitRecord, Keyed, NewFit, RefitDraft, Stored},
 };
-use flankfit_engine::estimation::{FitSpec, Nodes, Plans, spec::Earlier};
+use flankfit_engine::estimation::{Plans, spec::Earlier};
 
 /// A fit of stored nodes, computed unless it needs other iterations of the job.
 pub enum Refit<T> {

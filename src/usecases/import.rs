@@ -1,15 +1,12 @@
 //! A file of a gear tester, evaluated, fitted and stored as an iteration.
 
-use std::sync::Arc;
-
 use bytes::Bytes;
-use uuid::Uuid;
 
-use super::{Context, budget::WithPermit, iterate::store};
+use super::iterate::store;
+use super::prelude::*;
 use crate::{
     api::{
         jobs::import,
-        problem::Problem,
         tables::{kept::SentMapping, mapping::MappingBody},
     },
     jobs::{ExpectedGear, Keyed, NewIteration, Stored},

@@ -1,30 +1,24 @@
 //! Measured nodes, fitted and stored as an iteration of their job.
 
-use std::sync::Arc;
-
-use uuid::Uuid;
-
+use super::prelude::*;
 use super::{
-    Context,
-    budget::WithPermit,
     entered,
     prior::{self, Fitted},
 };
 use crate::{
     api::{
-        gears::{correction::applied::AppliedRequestBody, fit_figures::OfFlank},
+        gears::correction::applied::AppliedRequestBody,
         jobs::{
             amendments, fits,
             iteration_requests::{Measurement, MeasurementDetailsBody},
             problem::of_measured,
         },
         json::text::ShortText,
-        problem::Problem,
         tables::kept::SentMapping,
     },
-    jobs::{Computed, IterationDraft, Job, KeptMapping, Keyed, Measurand, NewIteration, Stored},
+    jobs::{IterationDraft, Job, KeptMapping, Keyed, Measurand, NewIteration, Stored},
 };
-use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
+use flankfit_engine::estimation::Plans;
 
 /// A measurement that has been read, and fitted unless the fit needs other iterations.
 pub struct Measured {

@@ -27,3 +27,16 @@ pub struct Context<'a> {
     pub budget: &'a Budget,
     pub plans: &'a Plans,
 }
+
+/// Names that most files of use cases use.
+mod prelude {
+    pub use flankfit_engine::estimation::{FitSpec, Nodes};
+    pub use std::sync::Arc;
+    pub use uuid::Uuid;
+
+    pub use super::{Context, budget::WithPermit, nodes};
+    pub use crate::{
+        api::{faults::Faults, gears::fit_figures::OfFlank, problem::Problem},
+        jobs::{Computed, RecordKind},
+    };
+}

@@ -1,10 +1,6 @@
 //! Stored nodes, charged to the budget before they are read.
 
-use uuid::Uuid;
-
-use super::{Context, budget::WithPermit};
-use crate::api::problem::Problem;
-use flankfit_engine::estimation::Nodes;
+use super::prelude::*;
 
 /// Nodes of at most so many bytes are read without being asked for their length first.
 const SMALL: usize = 64 << 10;

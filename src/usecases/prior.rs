@@ -1,34 +1,19 @@
 //! The earlier iterations of a job that a fit takes for its prior: found, read and handed to it;
 //! and found again for a replay.
 
-use std::sync::Arc;
-
 use serde::Deserialize;
-use uuid::Uuid;
 
-use super::{
-    Context,
-    budget::{Permit, WithPermit},
-    entered::entered_after,
-    nodes, representative,
-};
+use super::prelude::*;
+use super::{budget::Permit, entered::entered_after, representative};
 use crate::{
     api::{
-        faults::Faults,
-        gears::{
-            correction::{applied, predicted},
-            fit_figures::OfFlank,
-        },
+        gears::correction::{applied, predicted},
         jobs::fits,
-        problem::Problem,
     },
-    jobs::{
-        Computed, FitRecord, Measurand, Predecessor, Predecessors, Record, RecordDraft, RecordKind, RepositoryError,
-        Resource, Rounds,
-    },
+    jobs::{FitRecord, Measurand, Predecessor, Predecessors, Record, RecordDraft, RepositoryError, Resource, Rounds},
 };
 use flankfit_engine::estimation::{
-    FitSpec, Nodes, Plans,
+    Plans,
     result::{PriorReport, UsedCorrection},
     spec::{Chain, Corrected, Earlier, Prior, Which},
 };

@@ -1,20 +1,11 @@
 //! The stored fit whose matrix B another fit takes: found, and what is used of it computed again.
 
-use uuid::Uuid;
-
-use super::{Context, nodes};
+use super::prelude::*;
 use crate::{
-    api::{
-        faults::Faults,
-        jobs::fits::{self, Given},
-        problem::Problem,
-    },
+    api::jobs::fits::{self, Given},
     jobs::{FitRecord, Predecessors, RepositoryError, Resource},
 };
-use flankfit_engine::estimation::{
-    FitSpec,
-    spec::{PieceOf, Regularization, Representative},
-};
+use flankfit_engine::estimation::spec::{PieceOf, Regularization, Representative};
 
 const ITERATION: &str = "/regularization/iteration";
 

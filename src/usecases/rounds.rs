@@ -1,14 +1,10 @@
 //! Corrections of the gear and the iterations that they are made for, as they are stored.
 
-use uuid::Uuid;
-
-use super::{Context, budget::WithPermit, decide, nodes};
+use super::decide;
+use super::prelude::*;
 use crate::{
-    api::{
-        gears::{correction::same_nodes::Measured, evaluation::tooth_shift},
-        problem::Problem,
-    },
-    jobs::{MadeCorrection, Record, RecordKind, Rounds},
+    api::gears::{correction::same_nodes::Measured, evaluation::tooth_shift},
+    jobs::{MadeCorrection, Record, Rounds},
 };
 use flankfit_engine::gear::evaluation::tooth_shift::ToothShift;
 
