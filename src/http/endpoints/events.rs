@@ -107,7 +107,7 @@ async fn get_job_events(
         Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| given.refused("this job"))?,
     };
     let changes = state.jobs.listen(job);
-    Listener::answer(state, Subject::Job { job, after }, changes)
+    Listener::answer(state, Subject { job: Some(job), after: of_job(after), missed: false }, changes)
 }
 
 /// Follow the events of all jobs
@@ -149,80 +149,64 @@ async fn get_events(
             if all { (asked, false) } else { (last, true) }
         }
     };
-    Listener::answer(state, Subject::All { after, missed }, changes)
+    Listener::answer(state, Subject { job: None, after, missed }, changes)
 }
 
-/// Whose events are sent, after which.
-enum Subject {
-    Job {
-        job: Uuid,
-        after: u64,
-    },
-    /// `missed`: events before it are no longer kept, which is reported first.
-    All {
-        after: EventPlace,
-        missed: bool,
-    },
+/// Whose events are sent: those of one job or of all jobs, after a place.
+struct Subject {
+    job: Option<Uuid>,
+    after: EventPlace,
+    /// Events that cannot be told any more came before the place.
+    missed: bool,
 }
 
 impl Subject {
     /// The next events, if there are any; they count as sent.
     async fn page(&mut self, state: &CallerState, wakes: u64) -> Result<Option<Arc<[Event]>>, RepositoryError> {
         let (jobs, tenant) = (&state.jobs, state.principal.caller.tenant.clone());
-        match self {
-            Subject::Job { job, after } => {
-                let (job, begin) = (*job, *after);
-                let key = PageKey { tenant, job: Some(job), after: EventPlace { change: 0, number: begin } };
-                let read = async {
-                    let page = jobs.events(job, begin, PAGE).await?;
-                    let last = page.last().map(|last| EventPlace { change: 0, number: last.number });
-                    let told = page.into_iter().map(|told| event(told.number, &told.into())).collect();
-                    Ok(last.map(|last| (told, last)))
-                };
-                let page = state.event_pages.get(key, wakes, read).await?;
-                Ok(page.map(|(page, last)| {
-                    *after = last.number;
-                    page
-                }))
-            }
-            Subject::All { after, missed } => {
-                if std::mem::take(missed) {
-                    let reset = event(events::place_text(*after), &JobEventBody::reset(jobs.now()));
-                    return Ok(Some(Arc::from([reset])));
-                }
-                let begin = *after;
-                let key = PageKey { tenant, job: None, after: begin };
-                let read = async {
-                    let page = jobs.all_events(begin, PAGE).await?;
-                    let last = page.last().map(|last| last.place);
-                    let told =
-                        page.into_iter().map(|told| event(events::place_text(told.place), &told.into())).collect();
-                    Ok(last.map(|last| (told, last)))
-                };
-                let page = state.event_pages.get(key, wakes, read).await?;
-                Ok(page.map(|(page, last)| {
-                    *after = last;
-                    page
-                }))
-            }
+        if std::mem::take(&mut self.missed) {
+            let reset = event(events::place_text(self.after), &JobEventBody::reset(jobs.now()));
+            return Ok(Some(Arc::from([reset])));
         }
+        let (job, after) = (self.job, self.after);
+        let read = async {
+            let page: Vec<_> = match job {
+                Some(job) => {
+                    let page = jobs.events(job, after.number, PAGE).await?.into_iter();
+                    page.map(|told| (of_job(told.number), event(told.number, &told.into()))).collect()
+                }
+                None => {
+                    let page = jobs.all_events(after, PAGE).await?.into_iter();
+                    page.map(|told| (told.place, event(events::place_text(told.place), &told.into()))).collect()
+                }
+            };
+            let last = page.last().map(|(place, _)| *place);
+            Ok(last.map(|last| (page.into_iter().map(|(_, event)| event).collect(), last)))
+        };
+        let page = state.event_pages.get(PageKey { tenant, job, after }, wakes, read).await?;
+        Ok(page.map(|(page, last)| {
+            self.after = last;
+            page
+        }))
     }
 
     /// Refuses a job that is there no more.
     async fn check_exists(&self, jobs: &Jobs) -> Result<(), RepositoryError> {
-        match self {
-            Subject::Job { job, .. } => jobs.last_event(*job).await.map(drop),
-            Subject::All { .. } => Ok(()),
+        match self.job {
+            Some(job) => jobs.last_event(job).await.map(drop),
+            None => Ok(()),
         }
     }
 
     /// After how long it is worth looking without being woken.
     fn patience(&self) -> Duration {
-        match self {
-            Subject::Job { .. } => JOB_LOOK,
-            Subject::All { .. } => LOOK,
-        }
+        if self.job.is_some() { JOB_LOOK } else { LOOK }
     }
+}
+
+/// The place of a job's event among those of the job.
+fn of_job(number: u64) -> EventPlace {
+    EventPlace { change: 0, number }
 }
 
 struct Listener {
