@@ -6,22 +6,13 @@ use utoipa::openapi::{Content, OpenApi as Document, Ref, RefOr, ResponseBuilder,
 use crate::http::layers::progress::EVENT_STREAM;
 
 /// Operations that may take above a second and are answered with JSON.
-const LONG: [&str; 9] = [
-    "create_fit",
-    "create_iteration",
-    "create_iteration_fit",
-    "import_iteration",
-    "study_randomization",
-    "simulate_closed_loop",
-    "create_surface",
-    "create_iteration_surface",
-    "sections_of_surface",
-];
+const LONG: &str = "create_fit create_iteration create_iteration_fit import_iteration study_randomization \
+    simulate_closed_loop create_surface create_iteration_surface sections_of_surface";
 
 /// Writes the events into the document.
 pub fn declare(document: &mut Document) {
     let posts = document.paths.paths.values_mut().filter_map(|item| item.post.as_mut());
-    let is_long = |operation: &&mut Operation| operation.operation_id.as_deref().is_some_and(|id| LONG.contains(&id));
+    let is_long = |operation: &&mut Operation| LONG.split(' ').any(|id| operation.operation_id.as_deref() == Some(id));
     posts.filter(is_long).for_each(extend);
 }
 

@@ -93,33 +93,15 @@ impl PostgresSettings {
 }
 
 /// Parameters of URLs that the library knows; of others it would log the value.
-const PARAMETERS: [&str; 18] = [
-    "sslmode",
-    "ssl-mode",
-    "sslrootcert",
-    "ssl-root-cert",
-    "ssl-ca",
-    "sslcert",
-    "ssl-cert",
-    "sslkey",
-    "ssl-key",
-    "statement-cache-capacity",
-    "host",
-    "hostaddr",
-    "port",
-    "dbname",
-    "user",
-    "password",
-    "application_name",
-    "options",
-];
+const PARAMETERS: &str = "sslmode ssl-mode sslrootcert ssl-root-cert ssl-ca sslcert ssl-cert sslkey ssl-key statement-cache- \
+    capacity host hostaddr port dbname user password application_name options";
 
 /// A URL without the parameters that are not known.
 fn without_unknown(url: &str) -> String {
     let Some((place, query)) = url.split_once('?') else { return url.to_owned() };
     let is_known = |parameter: &&str| {
         let name = parameter.split('=').next().unwrap_or_default();
-        PARAMETERS.contains(&name) || name.starts_with("options")
+        PARAMETERS.split(' ').any(|known| known == name) || name.starts_with("options")
     };
     let (known, unknown): (Vec<&str>, Vec<&str>) =
         query.split('&').filter(|parameter| !parameter.is_empty()).partition(is_known);
