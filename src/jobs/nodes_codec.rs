@@ -13,31 +13,13 @@
 //!
 //! NaN (a missing node posted as `null`) and −0 keep their bits.
 
-use flankfit_engine::{estimation::data::Nodes, numerics::check::Faults};
+use flankfit_engine::estimation::data::Nodes;
 
 const MAGIC: &[u8; 4] = b"FFN1";
+const COUNTS: &str = "the stored counts are impossible";
 const WEIGHT: u8 = 1;
 const VALID: u8 = 2;
 const NAMES: u8 = 4;
-
-/// Why stored bytes are not nodes.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CodecError {
-    #[error("the stored nodes begin with {0:?}, not with FFN1")]
-    Magic([u8; 4]),
-    #[error("the stored nodes have the unknown type {0}")]
-    Type(u8),
-    #[error("the stored nodes end {0} bytes too early")]
-    Short(usize),
-    #[error("{0} bytes follow the stored nodes")]
-    Long(usize),
-    #[error("the stored counts are impossible")]
-    Counts,
-    #[error("a stored column name is not UTF-8")]
-    Name,
-    #[error("the stored nodes are not sound: {0:?}")]
-    Nodes(Faults),
-}
 
 /// Nodes, laid out but not copied yet: the part before the doubles, the doubles, and what
 /// follows them.
@@ -105,11 +87,11 @@ fn push_doubles(bytes: &mut Vec<u8>, values: &[f64]) {
 }
 
 /// Bytes to nodes, checked like posted ones.
-pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
+pub fn decode(bytes: &[u8]) -> Result<Nodes, String> {
     let mut input = Input { bytes };
     let magic: [u8; 4] = input.array()?;
     if &magic != MAGIC {
-        return Err(CodecError::Magic(magic));
+        return Err(format!("the stored nodes begin with {magic:?}, not with FFN1"));
     }
     let [kind, flags, _, _] = input.array()?;
     let nodes = match kind {
@@ -125,7 +107,7 @@ pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
         }
         2 => {
             let (nu, nv) = (input.count()?, input.count()?);
-            let m = nu.checked_mul(nv).ok_or(CodecError::Counts)?;
+            let m = nu.checked_mul(nv).ok_or(COUNTS)?;
             let (u, v, z) = (input.doubles(nu)?, input.doubles(nv)?, input.doubles(m)?);
             let weight = input.weight(flags, m)?;
             let valid = match flags & VALID {
@@ -136,7 +118,7 @@ pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
         }
         3 => {
             let (m, columns) = (input.count()?, input.count()?);
-            let entries = m.checked_mul(columns).ok_or(CodecError::Counts)?;
+            let entries = m.checked_mul(columns).ok_or(COUNTS)?;
             let (x, y) = (input.doubles(entries)?, input.doubles(m)?);
             let weight = input.weight(flags, m)?;
             let names = match flags & NAMES {
@@ -145,11 +127,11 @@ pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
             };
             Nodes::matrix(x, columns, y, names, weight)
         }
-        other => return Err(CodecError::Type(other)),
+        other => return Err(format!("the stored nodes have the unknown type {other}")),
     };
     match input.bytes.len() {
-        0 => nodes.map_err(CodecError::Nodes),
-        rest => Err(CodecError::Long(rest)),
+        0 => nodes.map_err(|faults| format!("the stored nodes are not sound: {faults:?}")),
+        rest => Err(format!("{rest} bytes follow the stored nodes")),
     }
 }
 
@@ -158,35 +140,34 @@ struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], CodecError> {
-        let (taken, rest) =
-            self.bytes.split_at_checked(count).ok_or(CodecError::Short(count.saturating_sub(self.bytes.len())))?;
+    fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let (taken, rest) = self.bytes.split_at_checked(count).ok_or("the stored nodes end too early")?;
         self.bytes = rest;
         Ok(taken)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], CodecError> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
         let mut array = [0; N];
         array.copy_from_slice(self.take(N)?);
         Ok(array)
     }
 
-    fn count(&mut self) -> Result<usize, CodecError> {
-        usize::try_from(u64::from_le_bytes(self.array()?)).map_err(|_| CodecError::Counts)
+    fn count(&mut self) -> Result<usize, String> {
+        usize::try_from(u64::from_le_bytes(self.array()?)).map_err(|_| COUNTS.to_owned())
     }
 
-    fn doubles(&mut self, count: usize) -> Result<Vec<f64>, CodecError> {
-        let bytes = self.take(count.checked_mul(8).ok_or(CodecError::Counts)?)?;
+    fn doubles(&mut self, count: usize) -> Result<Vec<f64>, String> {
+        let bytes = self.take(count.checked_mul(8).ok_or(COUNTS)?)?;
         Ok(bytes.as_chunks::<8>().0.iter().map(|&chunk| f64::from_le_bytes(chunk)).collect())
     }
 
-    fn weight(&mut self, flags: u8, count: usize) -> Result<Option<Vec<f64>>, CodecError> {
+    fn weight(&mut self, flags: u8, count: usize) -> Result<Option<Vec<f64>>, String> {
         (flags & WEIGHT != 0).then(|| self.doubles(count)).transpose()
     }
 
-    fn name(&mut self) -> Result<String, CodecError> {
+    fn name(&mut self) -> Result<String, String> {
         let length = u32::from_le_bytes(self.array()?) as usize;
-        String::from_utf8(self.take(length)?.to_vec()).map_err(|_| CodecError::Name)
+        String::from_utf8(self.take(length)?.to_vec()).map_err(|_| "a stored column name is not UTF-8".to_owned())
     }
 }
 
@@ -223,11 +204,11 @@ mod tests {
             }
             let mut long = bytes;
             long.push(0);
-            assert_eq!(decode(&long), Err(CodecError::Long(1)));
+            assert_eq!(decode(&long), Err("1 bytes follow the stored nodes".to_owned()));
         }
-        assert_eq!(decode(b"FFN2....").unwrap_err(), CodecError::Magic(*b"FFN2"));
-        assert_eq!(decode(b"FFN1\x07\0\0\0").unwrap_err(), CodecError::Type(7));
+        assert_eq!(decode(b"FFN2....").unwrap_err(), "the stored nodes begin with [70, 70, 78, 50], not with FFN1");
+        assert_eq!(decode(b"FFN1\x07\0\0\0").unwrap_err(), "the stored nodes have the unknown type 7");
         let huge = [b"FFN1\x02\0\0\0".as_slice(), &[0xff; 16]].concat();
-        assert_eq!(decode(&huge).unwrap_err(), CodecError::Counts);
+        assert_eq!(decode(&huge).unwrap_err(), COUNTS);
     }
 }

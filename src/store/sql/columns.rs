@@ -158,7 +158,7 @@ columns! {
         serde_json::from_str(&text).map_err(|_| damaged("a job's tags", &text).into())
     };
     Nodes: Vec<u8>, |bytes| {
-        nodes_codec::decode(&bytes).map_err(|error| damaged("nodes", &error.to_string()).into())
+        nodes_codec::decode(&bytes).map_err(|error| damaged("nodes", &error).into())
     };
     Date: String, |text| text.parse().map_err(|_| damaged("a day", &text).into());
     Contents: Vec<u8>, |bytes| Contents::read(&bytes).ok_or_else(|| damaged("an entry", "of the audit").into());
