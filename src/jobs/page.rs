@@ -127,25 +127,3 @@ impl<T> Page<T> {
         Page { items: self.items.into_iter().map(form).collect(), next: self.next }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cursor_travels_within_its_list() {
-        let cursor = Cursor(Uuid::from_u128(0x0123_4567_89ab));
-        for (list, ..) in List::ALL {
-            let text = cursor.encode(list);
-            for (other, ..) in List::ALL {
-                let expected = if other == list { Ok(cursor) } else { Err(CursorError::OtherList(list)) };
-                assert_eq!(Cursor::decode(&text, other), expected);
-            }
-        }
-        let bare = cursor.0.simple().to_string();
-        for text in ["", "next", "0é", &bare, &format!("99{bare}"), &format!("01{bare}0"), &format!("01{}", cursor.0)]
-        {
-            assert_eq!(Cursor::decode(text, List::Jobs), Err(CursorError::Unknown), "{text}");
-        }
-    }
-}

@@ -72,24 +72,7 @@ async fn until_idle(pool: &WorkPool) {
 }
 
 #[tokio::test]
-async fn abandoned_work_is_cancelled() {
-    let pool = WorkPool::new(1, 4).unwrap();
-    let (begun, work) = endless();
-    {
-        let mut running = Box::pin(pool.run(work));
-        let started = tokio::select! {
-            started = begun => started,
-            _ = &mut running => panic!("it has no end"),
-        };
-        started.unwrap();
-        assert_eq!(pool.busy(), 1);
-    }
-    until_idle(&pool).await;
-    assert_eq!(pool.run(|| 1).await, Ok(1));
-}
-
-#[tokio::test]
-async fn work_with_a_callers_handle_outlives_its_waiter() {
+async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
     let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     let handle = Handle::new();
@@ -147,50 +130,4 @@ async fn cancelled_work_is_counted_with_its_seconds() {
     let text = telemetry::metrics().render();
     let mut counts = text.lines().filter(|line| line.starts_with("flankfit_cancelled_work_seconds_count"));
     assert!(counts.any(|line| line.contains("abandoned") && !line.ends_with(" 0")), "{text}");
-}
-
-#[tokio::test]
-async fn a_full_queue_refuses_at_once() {
-    let pool = Arc::new(WorkPool::new(1, 1).unwrap());
-    let (open, busy) = occupied(&pool).await;
-    let mut waiting = Box::pin(pool.run(|| true));
-    assert!(std::future::poll_fn(|cx| std::task::Poll::Ready(waiting.as_mut().poll(cx).is_pending())).await);
-    assert_eq!(pool.waiting(), 1);
-    assert_eq!(pool.run(|| true).await, Err(PoolError::Full));
-    drop(open);
-    assert_eq!(busy.await.unwrap(), Ok(true));
-    assert_eq!(waiting.await, Ok(true));
-}
-
-/// Who was served, in order.
-type Served = Arc<std::sync::Mutex<String>>;
-
-/// Work for a party that waits, or was refused.
-async fn waiting_for(pool: &Arc<WorkPool>, name: &'static str, done: &Served) -> JoinHandle<Result<(), PoolError>> {
-    let (before, done, own) = (pool.waiting(), Arc::clone(done), Arc::clone(pool));
-    let work = async move { own.run(move || done.lock().unwrap().push_str(name)).await };
-    let running = tokio::spawn(on_behalf_of(Some(name.into()), work));
-    while pool.waiting() == before && !running.is_finished() {
-        tokio::task::yield_now().await;
-    }
-    running
-}
-
-#[tokio::test]
-async fn parties_have_turns_and_queues_of_their_own() {
-    let pool = Arc::new(WorkPool::new(1, 4).unwrap());
-    let (open, busy) = occupied(&pool).await;
-    let done = Served::default();
-    let mut all = Vec::new();
-    for _ in 0..4 {
-        all.push(waiting_for(&pool, "n", &done).await);
-    }
-    assert_eq!(waiting_for(&pool, "n", &done).await.await.unwrap(), Err(PoolError::Full));
-    all.push(waiting_for(&pool, "q", &done).await);
-    drop(open);
-    assert_eq!(busy.await.unwrap(), Ok(true));
-    for one in all {
-        assert_eq!(one.await.unwrap(), Ok(()));
-    }
-    assert_eq!(*done.lock().unwrap(), "nqnnn");
 }

@@ -66,37 +66,3 @@ fn is_offered(coding: &str) -> bool {
     });
     ["gzip", "x-gzip", "zstd"].iter().any(|offered| name.eq_ignore_ascii_case(offered)) && !refused
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn of(reads: bool, status: u16, given: &[(HeaderName, &'static str)]) -> HeaderMap {
-        let given = given.iter().map(|(name, value)| (name.clone(), HeaderValue::from_static(value)));
-        let mut headers: HeaderMap = given.collect();
-        complete(&mut headers, reads, StatusCode::from_u16(status).unwrap());
-        headers
-    }
-
-    #[test]
-    fn cache_control_depends_on_the_response() {
-        let tag = [(header::ETAG, "\"1\"")];
-        let keeps = |headers: HeaderMap| headers[header::CACHE_CONTROL].to_str().unwrap().to_owned();
-        assert_eq!(keeps(of(true, 200, &tag)), "private, no-cache");
-        assert_eq!(keeps(of(true, 304, &tag)), "private, no-cache");
-        assert_eq!(keeps(of(true, 200, &[])), "no-store");
-        assert_eq!(keeps(of(true, 404, &tag)), "no-store");
-        assert_eq!(keeps(of(false, 201, &tag)), "no-store");
-        assert_eq!(keeps(of(true, 200, &[(header::CACHE_CONTROL, "public")])), "public");
-    }
-
-    #[test]
-    fn everything_has_a_policy() {
-        let policy = |given: &[(HeaderName, &'static str)]| of(true, 200, given)["content-security-policy"].clone();
-        assert_eq!(policy(&[(header::CONTENT_TYPE, "text/html; charset=utf-8")]), PAGE_POLICY);
-        assert_eq!(policy(&[(header::CONTENT_TYPE, "application/json")]), DATA_POLICY);
-        assert_eq!(policy(&[]), DATA_POLICY);
-        let own = [(header::CONTENT_TYPE, "text/html"), (header::CONTENT_SECURITY_POLICY, "default-src 'self'")];
-        assert_eq!(policy(&own), "default-src 'self'");
-    }
-}

@@ -2,61 +2,6 @@ use proptest::prelude::*;
 
 use super::*;
 
-fn party(name: &str) -> Party {
-    Some(name.into())
-}
-
-#[test]
-fn parties_have_turns_and_each_its_oldest_first() {
-    let mut turns = Turns::new(100);
-    for k in 0..5 {
-        turns.push(party("a"), k);
-    }
-    turns.push(party("b"), 10);
-    turns.push(None, 20);
-    turns.push(party("b"), 11);
-    let mut taken = Vec::new();
-    while let Some((whose, item)) = turns.take() {
-        turns.finished(&whose);
-        taken.push(item);
-    }
-    assert_eq!(taken, [0, 10, 20, 1, 11, 2, 3, 4]);
-    assert!(turns.lanes.is_empty(), "nobody is remembered");
-}
-
-#[test]
-fn a_party_with_more_workers_waits_for_those_with_fewer() {
-    let mut turns = Turns::new(100);
-    (0..8).for_each(|k| turns.push(party("a"), k));
-    assert!((0..4).all(|_| turns.take().is_some()), "four workers, all for one");
-    (10..13).for_each(|k| turns.push(party("b"), k));
-    // two of the four end: both go to the other, although it had its turn
-    for expected in [10, 11] {
-        turns.finished(&party("a"));
-        assert_eq!(turns.take(), Some((party("b"), expected)));
-    }
-    // both have two now, and take turns
-    turns.finished(&party("a"));
-    turns.finished(&party("b"));
-    assert_eq!((turns.take(), turns.take()), (Some((party("a"), 4)), Some((party("b"), 12))));
-}
-
-#[test]
-fn removed_work_gives_its_place_back() {
-    let mut turns = Turns::new(2);
-    for k in 0..4 {
-        turns.push(party(if k % 2 == 0 { "a" } else { "b" }), k);
-    }
-    assert!(turns.is_full(&party("a")) && turns.is_full(&party("b")) && !turns.is_full(&None));
-    assert_eq!(turns.remove(|k| k % 2 == 1).len(), 2);
-    assert!(turns.is_full(&party("a")) && !turns.is_full(&party("b")) && turns.len() == 2);
-    turns.take().unwrap();
-    assert_eq!(turns.drain(), [2]);
-    assert!(turns.is_empty() && turns.lanes.len() == 1);
-    turns.finished(&party("a"));
-    assert!(turns.lanes.is_empty());
-}
-
 /// Event at a queue.
 #[derive(Clone, Copy, Debug)]
 enum Step {
