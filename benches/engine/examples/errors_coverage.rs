@@ -1,8 +1,8 @@
 //! Coverage of intervals where errors are not white: the tables of docs/explanation/errors.md.
 //!
 //! A cubic at 60 nodes whose coefficients are all 0. `cargo run --release -p engine-benches
-//! --example errors_coverage -- 2000` draws 2,000 times each; `-- 2000 powers` makes the last table
-//! alone.
+//! --example errors_coverage -- 2000` draws 2,000 times each; `-- 2000 powers` and `-- 2000 along`
+//! make the last tables alone.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
 #[path = "../../../engine/tests/oracle/mod.rs"]
@@ -15,7 +15,7 @@ use flankfit_engine::estimation::{
         Variance,
     },
 };
-use oracle::random::Random;
+use oracle::{checked::Checked, random::Random};
 
 const COUNT: usize = 60;
 
@@ -73,8 +73,10 @@ fn matern(random: &mut Random, length: f64) -> Vec<f64> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let draws: usize = std::env::args().nth(1).map_or(Ok(500), |text| text.parse())?;
-    if std::env::args().nth(2).is_some_and(|only| only == "powers") {
-        return powers(draws);
+    match std::env::args().nth(2).as_deref() {
+        Some("powers") => return powers(draws),
+        Some("along") => return directions(draws),
+        _ => {}
     }
     let model = Model::Polynomial { degree: Degree::Both(3), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
     let plain = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
@@ -114,7 +116,62 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     few_noisy(&plain, draws)?;
     small_groups(&plain, draws)?;
-    powers(draws)
+    powers(draws)?;
+    directions(draws)
+}
+
+/// Directions of correlated errors on grids, left out and both: coverage of the coefficients, and
+/// the share of fits along u, along v and along both.
+fn directions(draws: usize) -> Result<(), Box<dyn std::error::Error>> {
+    println!(
+        "\n| grid | ρ along u, v | along | coverage, mean | worst | width over plain | u, v, both | coverage of plain |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let [a, b, ..] = Checked::all();
+    for design in [a, b] {
+        for rho in [[0.0, 0.0], [0.6, 0.0], [0.0, 0.6], [0.6, 0.6]] {
+            for along in [Along::Order, Along::Both] {
+                let errors = Some(Errors { correlation: Correlation::Ar1 { rho: None }, along, lines: None });
+                let spec = FitSpec { errors, ..design.spec.clone() };
+                let mut random = Random::new(730_119);
+                let (mut hits, mut usual, mut widths, mut chosen) = (Vec::new(), 0, [0.0; 2], [0; 3]);
+                for _ in 0..draws {
+                    let nodes = design.correlated_both(&mut random, rho)?;
+                    let (found, plain) = (fit(&nodes, &spec)?, fit(&nodes, &design.spec)?);
+                    hits.resize(found.coefficients.len(), 0usize);
+                    for ((c, plain), hits) in found.coefficients.iter().zip(&plain.coefficients).zip(&mut hits) {
+                        let [own, plain] = [c, plain].map(|c| c.interval.map_or([f64::NAN; 2], |one| one.ends));
+                        let holds = |ends: [f64; 2]| usize::from(ends[0] <= 0.0 && 0.0 <= ends[1]);
+                        *hits += holds(own);
+                        usual += holds(plain);
+                        widths[0] += own[1] - own[0];
+                        widths[1] += plain[1] - plain[0];
+                    }
+                    let place = match found.errors.as_ref().map(|errors| errors.along) {
+                        Some(Along::U) => 0,
+                        Some(Along::V) => 1,
+                        _ => 2,
+                    };
+                    chosen[place] += 1;
+                }
+                let share = |hits: usize| hits as f64 / draws as f64;
+                let size = hits.len() as f64;
+                let mean = hits.iter().map(|&hits| share(hits)).sum::<f64>() / size;
+                let worst = hits.iter().map(|&hits| share(hits)).fold(1.0, f64::min);
+                let [u, v, both] = chosen.map(share);
+                println!(
+                    "| {} | {}, {} | {} | {mean:.3} | {worst:.3} | {:.2} | {u:.2}, {v:.2}, {both:.2} | {:.3} |",
+                    design.name,
+                    rho[0],
+                    rho[1],
+                    if along == Along::Both { "both" } else { "left out" },
+                    widths[0] / widths[1],
+                    share(usual) / size
+                );
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Powers of the standard deviation, estimated from so many nodes: coefficients, heights at nine

@@ -32,7 +32,7 @@ fn intervals_hold_with_few_nodes_a_coefficient() {
         (&c, Estimator::Rank, Errors::Gross),
         (&c, Estimator::L(LEstimator::Trimmed { share: 0.1 }), Errors::Gross),
     ] {
-        let found = coverage_on(design, estimator, errors, 200);
+        let found = coverage_on(design, estimator, errors, 0..200);
         println!("{} {estimator:?} {errors:?}: {} {}", design.name, found.mean, found.width);
         assert!((0.91..=0.985).contains(&found.mean), "{} {estimator:?} {errors:?}: {}", design.name, found.mean);
     }
@@ -43,7 +43,7 @@ fn intervals_hold_with_few_nodes_a_coefficient() {
 fn parts_at_their_limit_rarely_conform_with_few_nodes() {
     let design = Checked::second_order();
     for estimator in [STUDENT, trimmed(0.5)] {
-        let found = coverage_on(&design, estimator, Errors::Normal, 300);
+        let found = coverage_on(&design, estimator, Errors::Normal, 0..300);
         println!("{estimator:?}: {}", found.at_limit);
         assert!((0.01..=0.065).contains(&found.at_limit), "{estimator:?}: {}", found.at_limit);
     }

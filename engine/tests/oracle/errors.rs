@@ -1,5 +1,7 @@
 //! Errors that are not normal, and how often intervals about estimates hold with them.
 
+use std::ops::Range;
+
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
     inference::ConformityVerdict,
@@ -141,7 +143,7 @@ pub fn further(estimator: Estimator, errors: Errors, repetitions: u64, m: usize)
 pub fn coverage(estimator: Estimator, errors: Errors, repetitions: u64, m: usize) -> Coverage {
     let x = rows(m);
     let spec = FitSpec { estimator, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
-    coverage_of(&spec, &TRUTH, repetitions, |seed| {
+    coverage_of(&spec, &TRUTH, 0..repetitions, |seed| {
         let mut random = Random::new(90_000 + seed);
         let heights = x.iter().map(|row| height(row) + errors.draw(&mut random)).collect();
         Nodes::matrix(x.concat(), 4, heights, None, None).unwrap()
@@ -149,19 +151,20 @@ pub fn coverage(estimator: Estimator, errors: Errors, repetitions: u64, m: usize
 }
 
 /// Intervals of a surface whose coefficients are all 0.
-pub fn coverage_on(design: &Checked, estimator: Estimator, errors: Errors, repetitions: u64) -> Coverage {
+pub fn coverage_on(design: &Checked, estimator: Estimator, errors: Errors, seeds: Range<u64>) -> Coverage {
     let spec = FitSpec { estimator, ..design.spec.clone() };
     let size = fit(&design.nodes(|_, _| 1.0).unwrap(), &design.spec).unwrap().coefficients.len();
-    coverage_of(&spec, &vec![0.0; size], repetitions, |seed| {
+    coverage_of(&spec, &vec![0.0; size], seeds, |seed| {
         let mut random = Random::new(410_000 + seed);
         design.nodes(|_, _| errors.draw(&mut random)).unwrap()
     })
 }
 
-fn coverage_of(spec: &FitSpec, truth: &[f64], repetitions: u64, nodes: impl Fn(u64) -> Nodes) -> Coverage {
+fn coverage_of(spec: &FitSpec, truth: &[f64], seeds: Range<u64>, nodes: impl Fn(u64) -> Nodes) -> Coverage {
+    let repetitions = (seeds.end - seeds.start) as f64;
     let (mut hits, mut given) = (vec![0u64; truth.len()], vec![0u64; truth.len()]);
     let (mut width, mut plain, mut conform) = (0.0, 0.0, 0);
-    for seed in 0..repetitions {
+    for seed in seeds {
         let nodes = nodes(seed);
         let found = fit(&nodes, spec).unwrap();
         let least = fit(&nodes, &FitSpec { estimator: Estimator::LeastSquares, ..spec.clone() }).unwrap();
@@ -185,6 +188,6 @@ fn coverage_of(spec: &FitSpec, truth: &[f64], repetitions: u64, nodes: impl Fn(u
         worst: share.into_iter().fold(1.0, f64::min),
         width: width / plain,
         at_limit: conform as f64 / (2.0 * all),
-        given: all / (repetitions as f64 * truth.len() as f64),
+        given: all / (repetitions * truth.len() as f64),
     }
 }
