@@ -165,7 +165,7 @@ def pitches(server, rng, draws):
     print("| pitches of 50 at the limit | `conforms` | `does_not_conform` |\n|---|---|---|")
     gear = {"teeth": 50, "normal_module_mm": 2, "face_width_mm": 20}
     for count in (1, 5, 20):
-        made = {"conforms": 0, "does_not_conform": 0, "cannot_be_told": 0}
+        made = {"conforms": 0, "does_not_conform": 0, "undecidable": 0}
         # the last pitch closes the circle, far from the limit above
         truth = np.where(np.arange(50) < count, 6.0, 0.0) - 6.0 * count * (np.arange(50) == 49)
         for _ in range(draws):

@@ -3,7 +3,7 @@
 /// Declares an enum of warnings. Each variant has a stable code, a message (`#[error]`, as in
 /// thiserror) and fields, whose names are those of the values in JSON.
 ///
-/// The enum gets `code()` and `Display`. With the feature `contract` of its crate it is serialised
+/// The enum gets `CODES`, `code()` and `Display`. With the feature `contract` of its crate it is serialised
 /// as its values alone. `in FIELD` in place of a code means the code of this field.
 ///
 /// ```text
@@ -34,6 +34,9 @@ macro_rules! warnings {
         }
 
         impl $name {
+            /// The codes of this enum's own variants.
+            pub const CODES: &'static [&'static str] = &[$($($code,)?)+];
+
             /// Returns the stable code.
             pub fn code(&self) -> &'static str {
                 match self {

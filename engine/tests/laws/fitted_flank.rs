@@ -62,7 +62,7 @@ fn grid(height: &mut dyn FnMut(f64, f64) -> f64) -> [Vec<f64>; 3] {
 
 fn asked(flank: &FittedFlank, spec: &FitSpec, nodes: &Nodes) -> (FitResult, [Figure; 5]) {
     let result = fit(nodes, &FitSpec { sums: Some(flank.sums()), ..spec.clone() });
-    let found = flank.figures(result.sums.as_deref().unwrap(), FlankFigures::default());
+    let found = flank.figures(result.sums.as_deref().unwrap(), FlankFigures::default(), result.doubts());
     let all = [found.profile_slope, found.helix_slope, found.profile_crowning, found.helix_crowning, found.twist];
     (result, all.map(Option::unwrap))
 }

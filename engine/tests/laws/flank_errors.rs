@@ -83,7 +83,7 @@ fn figures_and_decisions_take_the_model_of_the_errors() {
                 let [low, high] = figure.inference.expect("the noise is known").interval;
                 *hits += usize::from(low <= 0.0 && 0.0 <= high);
             }
-            let slope = found.helix_slope.inference.and_then(|one| one.conformity).expect("there is a limit");
+            let slope = found.helix_slope.conformity.expect("there is a limit");
             conforming += usize::from(slope.verdict == ConformityVerdict::Conforms);
         }
         let share = |count: usize| count as f64 / draws as f64;

@@ -207,7 +207,7 @@ fn targets_are_reached() {
 
 /// The tilt is named together with what it is a mixture of, and λ* keeps its change small.
 #[test]
-fn settings_that_cannot_be_distinguished_are_named() {
+fn settings_that_undecidable_apart_are_named() {
     let asked = case::ill_conditioned(3);
     let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
     let of = |damping| {

@@ -94,7 +94,7 @@ fn one_setting(sigma: f64, response_uncertainty: f64, came: f64) -> Answer {
 }
 
 #[test]
-fn ambiguous_responses_are_undecided_without_a_ratio() {
+fn what_undecidable_is_undecided_and_has_no_ratio() {
     for (noise, response) in [(0.1, 0.02), (0.5, 0.1), (3.5, 0.0)] {
         let answer = one_setting(noise, response, 1.0);
         assert_eq!(answer.verdict, Verdict::AsPredicted, "{}", answer.sentence);

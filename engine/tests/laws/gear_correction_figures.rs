@@ -3,7 +3,7 @@
 use flankfit_engine::{
     estimation::{
         FitSpec,
-        inference::{ConformityVerdict, Inferred},
+        inference::{ConformityVerdict, Doubts, Inferred},
         spec::Model,
     },
     gear::{
@@ -110,6 +110,7 @@ fn of_fit(value: f64, about: f64) -> EstimatedFigure {
         std_error: Some(0.2),
         interval: Some([about.value - 0.2, about.value + 0.2]),
         about: Some(about),
+        doubts: Doubts::default(),
     }
 }
 
@@ -132,7 +133,7 @@ fn a_held_figure_is_that_of_the_fit_and_moves_from_there() {
     assert!((one.after(&[0.1]) - 0.13).abs() < 1e-15);
     // (0.5 − 0.36)/0.1 = 1.4 standard errors are too few, (0.5 − 0.16)/0.1 = 3.4 are enough
     let decided = |value: f64| one.conformity(value).unwrap().verdict;
-    assert_eq!((decided(0.33), decided(0.13)), (ConformityVerdict::CannotBeTold, ConformityVerdict::Conforms));
+    assert_eq!((decided(0.33), decided(0.13)), (ConformityVerdict::Undecidable, ConformityVerdict::Conforms));
     // of several teeth their mean, with the error of the mean over the nodes
     let mean = held.clone().by_fits(&[of_fit(0.3, 0.3), of_fit(0.4, 0.4)]);
     assert!((mean.measured.value - 0.35).abs() < 1e-15 && mean.measured.std_error == held.measured.std_error);

@@ -207,8 +207,7 @@ fn over_a_hole_there_is_no_form() {
     let small = holed(100, 112);
     let found = classes(&small).expect("a class of the slope");
     assert!(found.form.is_none() && found.total.is_none());
-    // waves without noise that a hole divides look like correlated noise
-    assert_eq!(codes(&small), ["undefined_samples", "hole_in_trace", "correlated_noise"]);
+    assert_eq!(codes(&small), ["undefined_samples", "hole_in_trace"]);
     // 2 %: less than the filter of the standard leaves
     assert!(classes(&holed(100, 104)).is_some_and(|c| c.form.is_some()));
     // positions that are not posted are a hole as well, and a hole does not bend the line

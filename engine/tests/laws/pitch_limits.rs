@@ -77,7 +77,7 @@ fn decisions_use_the_given_uncertainty() {
     let limits = |high: f64| PitchLimits { single_pitch_um: Some([-100.0, high]), ..PitchLimits::default() };
     let decided = |high: f64| single(limits(high), &measured(pair()), Some(1.0)).conformity.unwrap();
     assert!((decided(8.0).probability[0] - 0.841_344_746).abs() < 1e-8);
-    assert_eq!(decided(8.0).verdict, ConformityVerdict::CannotBeTold);
+    assert_eq!(decided(8.0).verdict, ConformityVerdict::Undecidable);
     assert_eq!(decided(9.0).verdict, ConformityVerdict::Conforms);
     assert_eq!(decided(5.0).verdict, ConformityVerdict::DoesNotConform);
     // a range near 0 is not thought to lie below it

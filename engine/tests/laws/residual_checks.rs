@@ -6,12 +6,14 @@ use crate::{
 };
 use flankfit_engine::estimation::{
     FitResult, FitSpec, Nodes, Plans, fit_remembering,
+    inference::Doubts,
     result::{LargerErrors, MissingShape, ResidualWarning, Warning},
     spec::{
         Along, Correlation, Degree, Errors, Estimator, Loss, MEstimator, Model, PolynomialBasis, Regularization, Terms,
         Variance,
     },
 };
+use flankfit_engine::gear::evaluation::warning::TraceWarning;
 
 fn spec(degree: Degree) -> FitSpec {
     FitSpec::new(Model::Polynomial { degree, basis: PolynomialBasis::Legendre, terms: Terms::Tensor })
@@ -23,7 +25,7 @@ fn axis(count: usize) -> Vec<f64> {
 
 fn warning(nodes: &Nodes, spec: &FitSpec) -> Option<(Along, f64, f64)> {
     checked(nodes, spec).iter().find_map(|warning| match warning {
-        ResidualWarning::CorrelatedResiduals { along, factor, p, .. } => Some((*along, *factor, *p)),
+        ResidualWarning::CorrelatedResiduals { along: Some(along), factor, p, .. } => Some((*along, *factor, *p)),
         _ => None,
     })
 }
@@ -184,7 +186,7 @@ fn departures_are_found() {
     let wrong = FitSpec { errors: wrong, ..b.spec.clone() };
     let found = count(20, 29, |random| {
         let found = checked(&b.correlated(random, 0.6, false).unwrap(), &wrong);
-        found.iter().any(|w| matches!(w, ResidualWarning::CorrelatedResiduals { along: Along::V, .. }))
+        found.iter().any(|w| matches!(w, ResidualWarning::CorrelatedResiduals { along: Some(Along::V), .. }))
     });
     assert!(found >= 19, "{found}");
     let tukey = FitSpec { estimator: Estimator::M(MEstimator::new(Loss::TUKEY)), ..b.spec.clone() };
@@ -256,6 +258,14 @@ fn clean_fits_are_seldom_doubtful() {
     }
 }
 
+/// Reasons to doubt a conformity are codes of warnings.
+#[test]
+fn every_reason_to_doubt_is_the_code_of_a_warning() {
+    let published = [Warning::CODES, ResidualWarning::CODES, TraceWarning::CODES].concat();
+    let unknown: Vec<&str> = Doubts::CODES.into_iter().filter(|code| !published.contains(code)).collect();
+    assert!(unknown.is_empty(), "{unknown:?}");
+}
+
 #[test]
 fn contradicted_assumptions_are_reasons_to_doubt() {
     let [a, b, c, _] = Checked::all();
@@ -313,7 +323,7 @@ fn neighbours_of_scattered_nodes_are_compared() {
         let nodes = Nodes::scattered(u, v, z, None).unwrap();
         checked(&nodes, &spec(Degree::Both(2)))
             .iter()
-            .any(|w| matches!(w, ResidualWarning::CorrelatedNeighbours { .. }))
+            .any(|w| matches!(w, ResidualWarning::CorrelatedResiduals { along: None, .. }))
     };
     let false_alarms = count(1_000, 46, |random| correlated(random, 0.0));
     assert!((2..=20).contains(&false_alarms), "{false_alarms}");

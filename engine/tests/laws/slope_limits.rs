@@ -69,7 +69,7 @@ fn slopes(gear: &Gear, z: [f64; 2], limits: ToleranceLimits, terms: FigureTerms)
     let nodes = Nodes::grid(along(ROLL, 9), along(z, 7), heights(9, 7), None, None).expect("sound");
     let result = fit(&nodes, &FitSpec { sums: Some(flank.sums()), ..spec() });
     let limits = figure_limits(gear, terms, [ROLL, z], &limits);
-    let fitted = flank.figures(result.sums.as_deref().expect("asked"), limits);
+    let fitted = flank.figures(result.sums.as_deref().expect("asked"), limits, result.doubts());
     let [profile, helix] = [fitted.profile_slope, fitted.helix_slope].map(|slope| slope.expect("determined"));
     [[of_nodes.profile_slope, of_nodes.helix_slope], [profile, helix]]
         .map(|pair| pair.map(|slope| (slope.value, slope.limits)))

@@ -19,6 +19,7 @@ use crate::{
 use flankfit_engine::{
     estimation::{
         FitResult, FitSpec, Nodes, fit,
+        inference::Doubts,
         result::Warning,
         spec::{Degree, Include, Model, Terms, WeightedSums},
     },
@@ -55,6 +56,10 @@ pub struct FitFiguresBody {
     /// Range of the nodes in z.
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
+    /// Codes of the warnings that intervals may not hold, or why there are none; the `reasons` of
+    /// each `conformity`. Absent without such warnings.
+    #[serde(default, skip_serializing_if = "Doubts::is_empty")]
+    pub reasons: Doubts,
     /// Warnings about the figures, and the reasons for absent ones.
     pub warnings: Vec<WarningBody>,
 }
@@ -242,13 +247,14 @@ impl Asked<'_> {
         let mut body = FitFiguresBody { warnings, ..FitFiguresBody::default() };
         match (flank, sums) {
             (Some(flank), Some(sums)) => {
-                let found = flank.figures(sums, limits);
+                let found = flank.figures(sums, limits, result.doubts());
                 let lost = not_determined(found, result.residuals.sigma.map(|sigma| sigma * flank.height.abs()));
                 body.warnings.extend(lost.iter().map(|name| undetermined(name)));
                 let found = found.kept(|name| !lost.contains(&name));
-                let without = without_suspected.map(|sums| flank.figures(sums, limits));
+                let without = without_suspected.map(|sums| flank.figures(sums, limits, result.doubts()));
                 body.warnings.extend(without.map(|without| outliers_suspected(found, without)));
                 body.figures = found;
+                body.reasons = result.doubts();
                 body.direction = Some(flank.terms.direction);
                 let [profile, helix] = flank.references();
                 body.profile_reference_length_mm = Some(profile);

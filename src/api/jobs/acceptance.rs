@@ -68,7 +68,7 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
     if let Some(figures) = kept.figures {
         let figures: FitFiguresBody = serde_json::from_str(figures)?;
         for (name, figure) in figures.figures.named() {
-            let Some(conformity) = figure.and_then(|one| Some((one.value, one.inference?.conformity?))) else {
+            let Some(conformity) = figure.and_then(|one| Some((one.value, one.conformity?))) else {
                 continue;
             };
             let (value, conformity) = conformity;

@@ -10,7 +10,7 @@ use crate::{
     jobs::{Decision, JobPage, JobStatus, ListedJob},
 };
 use flankfit_engine::{
-    estimation::inference::Assumptions,
+    estimation::inference::{Assumptions, ConformityVerdict},
     gear::{
         Side,
         evaluation::flank_surface::FlankFigures,
@@ -73,6 +73,8 @@ pub struct ShortFiguresBody {
     pub figures: FlankFigures,
     /// True if all of them lie within their limits; absent without limits.
     pub within: Option<bool>,
+    /// The worst verdict of their conformities; absent without limits.
+    pub verdict: Option<ConformityVerdict>,
     /// `doubtful` if the assumptions of a conformity are; absent without limits.
     pub assumptions: Option<Assumptions>,
 }
@@ -83,11 +85,12 @@ impl ShortFiguresBody {
         let whole: FitFiguresBody = serde_json::from_str(document).ok()?;
         let all: Vec<_> = whole.figures.named().into_iter().filter_map(|(_, figure)| figure).collect();
         let within: Vec<bool> = all.iter().filter_map(|figure| figure.within).collect();
-        let conformities = all.iter().filter_map(|figure| figure.inference?.conformity);
+        let conformities = || all.iter().filter_map(|figure| figure.conformity);
         let short = ShortFiguresBody {
             figures: whole.figures.map(|figure| figure.value),
             within: (!within.is_empty()).then(|| within.into_iter().all(|within| within)),
-            assumptions: conformities.map(|one| one.assumptions).max(),
+            verdict: conformities().map(|one| one.verdict).max(),
+            assumptions: conformities().map(|one| one.assumptions).max(),
         };
         (!all.is_empty()).then_some(short)
     }

@@ -177,7 +177,7 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
                 ),
                 None => "no nodes so far".to_owned(),
             };
-            return Ok(EstimateText::Waiting { code: "too_few_nodes".into(), message });
+            return Ok(EstimateText::Waiting { code: "fewer_nodes_than_coefficients".into(), message });
         }
         Err(error) => return Ok(waiting(error)),
     };

@@ -174,7 +174,7 @@ fn marked(figure: &Figure) -> String {
 
 fn limits(figure: &Figure) -> String {
     let short = |end: f64| significant(end, 3);
-    figure.inference.and_then(|one| one.conformity).map_or_else(String::new, |found| match found.limits {
+    figure.conformity.map_or_else(String::new, |found| match found.limits {
         [low, high] if low == -high => format!("±{}", short(high)),
         [low, high] => format!("{} … {}", short(low), short(high)),
     })

@@ -271,7 +271,7 @@ async fn a_class_that_bounds_nothing_is_ignored_with_a_warning() {
 }
 
 #[tokio::test]
-async fn undetermined_figures_are_omitted_with_a_reason() {
+async fn what_undecidable_is_left_out_and_it_is_said_why() {
     let app = TestApp::start().await;
     let with_gear = job(&app, json!({"name": "w", "gear": spur()})).await;
     let without = job(&app, json!({"name": "w"})).await;

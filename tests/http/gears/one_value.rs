@@ -297,3 +297,72 @@ async fn other_nodes_are_not_compared() {
     assert!(why.contains("4 × 6 nodes") && why.contains("5 × 6 nodes"), "{why}");
     app.stop().await;
 }
+
+/// The same nodes by another estimator, `turn` another scatter.
+fn by_student(turn: f64) -> Value {
+    let mut body = iteration("1", 0.1, turn, false);
+    body["estimator"] = json!({"type": "maximum_likelihood", "distribution": "student", "shape": 1});
+    body
+}
+
+/// A relief that a surface of second order cannot follow.
+fn relieved() -> Value {
+    let mut body = iteration("1", 0.1, 0.0, false);
+    let fine = |range: [f64; 2]| -> Vec<f64> {
+        (0..9).map(|k| range[0] + (range[1] - range[0]) * f64::from(k) / 8.0).collect()
+    };
+    let (u, v) = (fine([6.0, 12.0]), fine([1.0, 14.0]));
+    let height =
+        |i: usize, j: usize| 0.4 * (13.0 * i as f64 + 78.0 * j as f64).sin() - 10.0 * (i as f64 - 6.0).max(0.0);
+    let z: Vec<Vec<f64>> = (0..9).map(|i| (0..9).map(|j| height(i, j)).collect()).collect();
+    body["nodes"] = json!({"type": "grid", "u": u, "v": v, "z": z});
+    body
+}
+
+/// A fit keeps the reasons to doubt it, though the job had no limits when it was made.
+#[tokio::test]
+async fn doubts_of_a_fit_without_limits_reach_a_correction_with_limits() {
+    let app = TestApp::start().await;
+    let place = job(&app, json!({"name": "w", "gear": spur()})).await;
+    posted(&app, &format!("{place}/iterations"), &relieved()).await;
+    let shown = page(&app, &place, 1).await;
+    assert!(shown["reasons"].as_array().unwrap().contains(&json!("lack_of_fit")), "{shown}");
+    assert_eq!(shown["profile_slope_um"].get("conformity"), None);
+    let patch = json!({"requirements": limits()});
+    assert_eq!(send(app.client.patch(app.url(&place)).json(&patch)).await.status, 200);
+    let made = posted(&app, &format!("{place}/iterations/1/correction"), &asked()).await.json()["result"].clone();
+    let conformity = &made["figures"]["left"]["helix_slope_um"]["conformity_before"];
+    assert_eq!((&conformity["assumptions"], &conformity["reasons"]), (&json!("doubtful"), &shown["reasons"]), "{made}");
+}
+
+/// Weights that leave too few nodes for standard errors leave a figure within its limits
+/// undecidable, on its page, in a correction and in the list of jobs.
+#[tokio::test]
+async fn refused_intervals_leave_conformity_undecidable() {
+    let app = TestApp::start().await;
+    let wide = json!({"tolerance_limits": {"helix_slope_um": [-90, 90]}});
+    let place = job(&app, json!({"name": "w", "gear": spur(), "requirements": wide})).await;
+    let mut number = 0;
+    let figures = loop {
+        number += 1;
+        let made = posted(&app, &format!("{place}/iterations"), &by_student(f64::from(number))).await.json();
+        let fit = &made["fits"][0];
+        let figures = fit["figures"].clone();
+        if fit["result"]["warnings"].to_string().contains("too_few_nodes") {
+            break figures;
+        }
+        assert_eq!(figures["helix_slope_um"]["conformity"]["verdict"], "conforms", "{figures}");
+        assert!(number < 60);
+    };
+    let undecidable = json!({"limits_um": [-90.0, 90.0], "probability": [0.0, 1.0], "verdict": "undecidable",
+        "assumptions": "doubtful", "reasons": figures["reasons"]});
+    let helix = &figures["helix_slope_um"];
+    assert!(figures["reasons"].as_array().unwrap().contains(&json!("too_few_nodes")), "{figures}");
+    assert_eq!((helix.get("interval"), &helix["within"]), (None, &json!(true)));
+    assert_eq!(helix["conformity"], undecidable);
+    let listed = get(&app, "/v1/jobs").await["items"][0]["figures"].clone();
+    assert_eq!((&listed["verdict"], &listed["assumptions"]), (&json!("undecidable"), &json!("doubtful")), "{listed}");
+    let corrected = posted(&app, &format!("{place}/iterations/{number}/correction"), &asked()).await.json();
+    let before = &corrected["result"]["figures"]["left"]["helix_slope_um"]["conformity_before"];
+    assert_eq!(before, &undecidable);
+}

@@ -57,7 +57,7 @@ async fn a_prior_waits_for_noise() {
     let opened = app.post(&format!("{job}/streams"), &asked).await.expect(201);
     let stream = opened.header("location").unwrap().to_owned();
     for (sequence, code, at) in [
-        (1, "too_few_nodes", None),
+        (1, "fewer_nodes_than_coefficients", None),
         (2, "no_degrees_of_freedom", None),
         // now there is a result, which warns that the stream does not keep its nodes
         (3, "nodes_not_kept", Some("/result")),
@@ -84,7 +84,7 @@ async fn a_stream_from_its_first_node_to_its_iteration() {
     let first = app.post(&format!("{stream}/nodes"), &block(1, 0..5)).await.expect(200).json();
     assert_eq!((first["sequence"].as_u64(), first["node_count"].as_u64()), (Some(1), Some(5)));
     assert!(first.get("result").is_none());
-    assert_eq!(first["warnings"][0]["code"], "too_few_nodes");
+    assert_eq!(first["warnings"][0]["code"], "fewer_nodes_than_coefficients");
 
     let mut seen = 5;
     for (sequence, end) in [(2, 30), (3, 31), (4, 60)] {

@@ -75,13 +75,14 @@ impl Solved<'_> {
     ) -> Option<ResidualWarning> {
         let found = correlation(problem, posted, self.spec, residuals)?;
         let (correlation, p, factor) = (found.c, found.p, found.strength.factor);
-        if matches!(posted.1, Nodes::Scattered(_)) && self.spec.errors.is_none() {
-            return Some(ResidualWarning::CorrelatedNeighbours { correlation, p, factor });
-        }
+        let along = match (posted.1, &self.spec.errors) {
+            (Nodes::Scattered(_), None) => None,
+            _ => Some(found.along),
+        };
         Some(ResidualWarning::CorrelatedResiduals {
-            along: found.along,
+            along,
             model: match &self.spec.errors {
-                None => Some(found.along),
+                None => along,
                 Some(Errors { along: Along::U | Along::V, correlation: Correlation::Ar1 { .. }, .. }) => {
                     Some(Along::Both).filter(|_| posted.0.count() == posted.1.posted())
                 }

@@ -33,7 +33,7 @@ pub struct Inferred {
 }
 
 /// Verdict at 0.95, whatever `level` is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(
     feature = "contract",
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
@@ -42,11 +42,11 @@ pub struct Inferred {
 pub enum ConformityVerdict {
     /// The least probability is 0.95 at least.
     Conforms,
+    /// Neither, or the figure has no interval.
+    Undecidable,
     /// The figure is so far outside a limit as that of a part within is measured with a probability
     /// of 0.05 at most: about 1.645 standard errors, 1.96 of very close limits.
     DoesNotConform,
-    /// Neither.
-    CannotBeTold,
 }
 
 /// Comparison of a figure with its limits by its standard error (ISO 14253-1). A guard band narrows
@@ -68,9 +68,8 @@ pub struct Conformity {
     /// `doubtful` if there are `reasons` against the assumptions about the errors.
     pub assumptions: Assumptions,
     /// Codes of the warnings that contradict the assumptions: checks that errors as assumed would
-    /// fail with a probability below 0.001, or two of them below 0.01, and others that intervals
-    /// may not hold.
-    #[cfg_attr(feature = "contract", schema(value_type = Vec<String>))]
+    /// fail with a probability below 0.001, or two of them below 0.01, others that intervals may
+    /// not hold, and those why there is no interval.
     pub reasons: Doubts,
 }
 
@@ -86,6 +85,20 @@ pub enum Assumptions {
     Ok,
     /// The residuals or the request contradict them.
     Doubtful,
+}
+
+impl Conformity {
+    /// Returns the comparison of a figure without an interval.
+    pub fn undecidable(limits: [f64; 2], reasons: Doubts) -> Self {
+        let verdict = ConformityVerdict::Undecidable;
+        Conformity { limits, probability: [0.0, 1.0], verdict, assumptions: reasons.into(), reasons }
+    }
+}
+
+impl From<Doubts> for Assumptions {
+    fn from(doubts: Doubts) -> Self {
+        if doubts.is_empty() { Assumptions::Ok } else { Assumptions::Doubtful }
+    }
 }
 
 impl Inferred {
@@ -116,7 +129,7 @@ impl Inferred {
     /// let slope = Inferred { value: 7.0, std_error: 2.0, ..Inferred::default() };
     /// let found = slope.conformity([-10.0, 10.0]);
     /// assert!((found.probability[0] - 0.933_192_8).abs() < 1e-7);
-    /// assert_eq!(found.verdict, ConformityVerdict::CannotBeTold);
+    /// assert_eq!(found.verdict, ConformityVerdict::Undecidable);
     /// ```
     pub fn conformity(&self, limits: [f64; 2]) -> Conformity {
         let [low, high] = limits;
@@ -144,10 +157,9 @@ impl Inferred {
         } else if self.is_outside(limits) {
             ConformityVerdict::DoesNotConform
         } else {
-            ConformityVerdict::CannotBeTold
+            ConformityVerdict::Undecidable
         };
-        let assumptions = if self.doubts.is_empty() { Assumptions::Ok } else { Assumptions::Doubtful };
-        Conformity { limits, probability, verdict, assumptions, reasons: self.doubts }
+        Conformity { limits, probability, verdict, assumptions: self.doubts.into(), reasons: self.doubts }
     }
 
     /// True if a part within the limits would be measured as far outside them seldom enough. The
@@ -178,7 +190,7 @@ mod tests {
         for (value, outcome) in [(2.0, ConformityVerdict::Conforms), (2.1, ConformityVerdict::DoesNotConform)] {
             assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).verdict, outcome);
         }
-        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).verdict, ConformityVerdict::CannotBeTold);
+        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).verdict, ConformityVerdict::Undecidable);
     }
 
     /// Limits that no figure reaches say that there is none on that side.
@@ -203,21 +215,21 @@ mod tests {
         // 1.6448536 standard errors inside and outside of one limit, the other far away
         for (value, outcome) in [
             (-1.645, ConformityVerdict::Conforms),
-            (-1.644, ConformityVerdict::CannotBeTold),
-            (1.644, ConformityVerdict::CannotBeTold),
+            (-1.644, ConformityVerdict::Undecidable),
+            (1.644, ConformityVerdict::Undecidable),
             (1.645, ConformityVerdict::DoesNotConform),
         ] {
             assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).verdict, outcome, "{value}");
         }
         // t(0.95; 4) = 2.131847
         let few = Inferred { student: Student::new(4.0), ..normal(-2.131, 1.0, 0.0) };
-        assert_eq!(few.conformity([-100.0, 0.0]).verdict, ConformityVerdict::CannotBeTold);
+        assert_eq!(few.conformity([-100.0, 0.0]).verdict, ConformityVerdict::Undecidable);
         assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).verdict, ConformityVerdict::Conforms);
     }
 
     #[test]
-    fn limits_closer_than_the_error_never_conform() {
-        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).verdict, ConformityVerdict::CannotBeTold);
+    fn limits_closer_than_the_error_are_never_told_to_be_kept() {
+        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).verdict, ConformityVerdict::Undecidable);
     }
 
     /// The value that is refused solves 1 − Φ(x − 0.02 − b) + 1 − Φ(x + 0.02 + b) = 0.05.
@@ -225,13 +237,13 @@ mod tests {
     fn a_value_centred_in_narrow_limits_is_undecided() {
         let narrow = normal(0.0, 1.0, 0.0).conformity([-0.02, 0.02]);
         assert!((narrow.probability[1] - 0.015_956_5).abs() < 1e-6, "{narrow:?}");
-        assert_eq!(narrow.verdict, ConformityVerdict::CannotBeTold);
+        assert_eq!(narrow.verdict, ConformityVerdict::Undecidable);
         for (value, bias_bound, outcome) in [
-            (1.960, 0.0, ConformityVerdict::CannotBeTold),
+            (1.960, 0.0, ConformityVerdict::Undecidable),
             (1.961, 0.0, ConformityVerdict::DoesNotConform),
-            (-1.960, 0.0, ConformityVerdict::CannotBeTold),
+            (-1.960, 0.0, ConformityVerdict::Undecidable),
             (-1.961, 0.0, ConformityVerdict::DoesNotConform),
-            (1.973, 0.1, ConformityVerdict::CannotBeTold),
+            (1.973, 0.1, ConformityVerdict::Undecidable),
             (1.975, 0.1, ConformityVerdict::DoesNotConform),
         ] {
             let found = normal(value, 1.0, bias_bound).conformity([-0.02, 0.02]);

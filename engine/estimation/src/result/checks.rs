@@ -15,33 +15,21 @@ warnings! {
 pub enum ResidualWarning {
     /// Residuals that are correlated with their neighbours.
     #[error(
-        "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
-         with a probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors \
-         that assume independence are too small by a factor of about {factor:.1}; raise the degree{}",
-        .along.name(), Probability(*.p),
-        .model.map_or_else(String::new, |model| format!(", or request `errors` along {}", model.name()))
+        "the residuals are correlated{}: {correlation:.2} between neighbours, which independent errors have with a \
+         probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors that \
+         assume independence are too small by a factor of about {factor:.1}; raise the degree{}",
+        .along.map_or_else(String::new, |along| format!(" along {}", along.name())), Probability(*.p),
+        match (.along, .model) {
+            (None, _) => ", or request `errors` with the `line` of each node".to_owned(),
+            (Some(_), Some(model)) => format!(", or request `errors` along {}", model.name()),
+            (Some(_), None) => String::new(),
+        }
     )]
     "correlated_residuals" => CorrelatedResiduals {
-        /// Direction of the scan lines.
-        along: Along,
+        /// Direction of the scan lines; absent for scattered nodes.
+        along: Option<Along>,
         /// Direction of a model of the errors that has this correlation.
         model: Option<Along>,
-        /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
-        correlation: f64,
-        /// The probability that residuals of independent errors are so correlated.
-        p: f64,
-        /// Factor by which the standard errors are too small.
-        factor: f64,
-    },
-    /// Residuals of scattered nodes that are correlated with their neighbours.
-    #[error(
-        "the residuals of neighbouring nodes are correlated: {correlation:.2}, which independent errors have with a \
-         probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors that \
-         assume independence are too small by a factor of about {factor:.1}; raise the degree, or request `errors` \
-         with the `line` of each node",
-        Probability(*.p)
-    )]
-    "correlated_residuals" => CorrelatedNeighbours {
         /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
         correlation: f64,
         /// The probability that residuals of independent errors are so correlated.
@@ -117,7 +105,6 @@ impl ResidualWarning {
     fn p(&self) -> f64 {
         match *self {
             ResidualWarning::CorrelatedResiduals { p, .. }
-            | ResidualWarning::CorrelatedNeighbours { p, .. }
             | ResidualWarning::UnevenVariance { p, .. }
             | ResidualWarning::LackOfFit { p, .. }
             | ResidualWarning::ClusteredLowWeights { p, .. } => p,

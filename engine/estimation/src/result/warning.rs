@@ -286,7 +286,7 @@ pub enum Warning {
         /// Relative standard error.
         weight_std_error: f64,
     },
-    /// Uncertainties of positions and heights that the residuals do not bear out.
+    /// Uncertainties of positions and heights that the residuals contradict.
     #[error(
         "the residuals are {} times as large as expected from the uncertainties of positions and heights, which with \
          {} is not due to chance: check that both are in the units of the nodes, {}",
@@ -366,8 +366,8 @@ pub enum Warning {
     "shape_at_bound" => ExponentAtBound { exponent: f64 },
     /// Weights that leave a robust estimate too few nodes for standard errors.
     #[error(
-        "{nodes} nodes are too few for standard errors of {coefficients} coefficients by this estimator: intervals, \
-         bands and conformity are omitted; measure more nodes, or use Huber's `m_estimator`"
+        "{nodes} nodes are too few for standard errors of {coefficients} coefficients by this estimator: intervals \
+         and bands are omitted; measure more nodes, or use Huber's `m_estimator`"
     )]
     "too_few_nodes" => FewNodesOfRobust { nodes: usize, coefficients: usize },
     /// Influences of nodes whose errors are not white.

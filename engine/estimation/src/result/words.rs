@@ -44,7 +44,8 @@ mod tests {
             assert_eq!(Probability(p).to_string(), said);
             let (along, correlation, factor) = (Along::U, 0.9, 4.0);
             let residuals =
-                ResidualWarning::CorrelatedResiduals { along, model: Some(along), correlation, p, factor }.into();
+                ResidualWarning::CorrelatedResiduals { along: Some(along), model: Some(along), correlation, p, factor }
+                    .into();
             let prior = Warning::PriorConflict { statistic: 9.5, p };
             for warning in [residuals, prior] {
                 assert!(warning.to_string().contains(&format!("a probability of {said}")), "{warning}");

@@ -38,10 +38,13 @@ impl HeldFigure {
         self.measured.value + self.moved.iter().zip(change).map(|(m, c)| m * c).sum::<f64>()
     }
 
-    /// Whether the figure, were it `value`, conforms to its limits; `None` without limits or
-    /// without degrees of freedom.
+    /// Returns the conformity of the figure, were it `value`; `None` without limits.
     pub fn conformity(&self, value: f64) -> Option<Conformity> {
-        Some(self.measured.at(value).about?.conformity(self.limits?))
+        let about = self.measured.at(value).about;
+        self.limits.map(|limits| match about {
+            Some(about) => about.conformity(limits),
+            None => Conformity::undecidable(limits, self.measured.doubts),
+        })
     }
 
     /// Returns the figure as the fits of the measured teeth have it ([`EstimatedFigure::by_fits`]).

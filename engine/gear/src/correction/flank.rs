@@ -243,7 +243,7 @@ impl Flank {
             held.push(HeldFigure {
                 side: self.side,
                 name: MEAN,
-                measured: EstimatedFigure { value, std_error: None, interval: None, about: None },
+                measured: EstimatedFigure::new(value, None, 0, 1.0),
                 target: aimed(level(&target, &of_target)),
                 moved: moved.iter().zip(&of_moved).map(|(column, figures)| level(column, figures)).collect(),
                 limits: None,

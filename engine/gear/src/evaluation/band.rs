@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn traces_that_fit_nowhere_are_outside_and_short_ones_undecided() {
+    fn what_no_shift_takes_there_is_outside_and_what_is_not_measured_undecidable() {
         let steep: Vec<[f64; 2]> = (0..=100).map(|k| 0.1 * f64::from(k)).map(|x| [x, 2.0 * x]).collect();
         let found = band().found(0, &gear(), steep.iter().copied()).unwrap();
         // at x = 10 the upper line is at 0, at x = 0 the lower one at −2: 20 µm rise have 2 µm

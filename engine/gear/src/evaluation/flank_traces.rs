@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::{
     EDGE, Position, Posted,
-    noise::{EstimatedVariance, noise},
+    noise::{TraceNoise, noise},
     settings::Settings,
     spacing::Spacing,
+    warning::Warning,
 };
 use crate::{Gear, Kind, Side, trace::Direction};
 use flankfit_numerics::cancel;
@@ -29,9 +30,11 @@ pub struct FlankTraces {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OneTrace {
     pub kind: Kind,
+    /// Number of the trace, from 0.
+    pub number: usize,
     pub samples: usize,
-    /// Variance of the noise of a sample, µm²; `None` where the samples are too few to estimate it.
-    pub variance: Option<EstimatedVariance>,
+    /// Noise of a sample, µm; `None` where the samples are too few to estimate it.
+    pub noise: Option<TraceNoise>,
 }
 
 /// Tooth by tooth and flank by flank the traces whose section is known, the flank with most traces
@@ -44,7 +47,7 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
         Direction::Normal => 1.0 / gear.base_helix_angle().cos(),
     };
     let mut flanks: BTreeMap<(&str, Side), FlankTraces> = BTreeMap::new();
-    for Posted { trace, design } in posted {
+    for (number, Posted { trace, design }) in posted.iter().enumerate() {
         cancel::checkpoint();
         let Some(section) = trace.section else { continue };
         let fixed = if trace.kind == Kind::Profile { Some(section) } else { gear.roll_length(section) };
@@ -68,8 +71,8 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
         }
         let own = &flank.places[before..];
         if !own.is_empty() {
-            let variance = trace_noise(own, usize::from(trace.kind == Kind::Helix));
-            let trace = OneTrace { kind: trace.kind, samples: own.len(), variance };
+            let noise = trace_noise(own, usize::from(trace.kind == Kind::Helix));
+            let trace = OneTrace { kind: trace.kind, number, samples: own.len(), noise };
             flank.each.push(trace);
         }
     }
@@ -88,13 +91,23 @@ pub(super) fn ranges(gear: &Gear, settings: &Settings) -> [Option<[f64; 2]>; 2] 
 }
 
 /// Noise of the samples of one trace, which runs along coordinate `along` of its places.
-fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<EstimatedVariance> {
+fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<TraceNoise> {
     let mut each: Vec<[f64; 2]> = places.iter().map(|place| [place[along], place[2]]).collect();
     each.sort_by(cancel::comparing(|a: &[f64; 2], b: &[f64; 2]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))));
     let (low, high) = (each.first()?[0], each.last()?[0]);
     let u: Vec<f64> = each.iter().map(|[x, _]| (2.0 * x - low - high) / (high - low)).collect();
     let deviation: Vec<f64> = each.iter().map(|[_, deviation]| *deviation).collect();
-    noise(&u, &deviation, &Spacing::of(&u)).map(|noise| noise.variance).filter(|noise| noise.value.is_finite())
+    // a parabola needs three places
+    let spacing = (high > low).then(|| Spacing::of(&u)).filter(|spacing| spacing.places >= 3)?;
+    noise(&u, &deviation, &spacing).filter(|noise| noise.variance.value.is_finite())
+}
+
+impl OneTrace {
+    /// Returns the warning that its noise is correlated.
+    pub(super) fn warning(&self) -> Option<Warning> {
+        let correlation = self.noise?.correlation?;
+        Some(Warning::Trace { trace: self.number, warning: correlation.warning(self.samples) })
+    }
 }
 
 impl FlankTraces {

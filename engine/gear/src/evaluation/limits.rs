@@ -4,10 +4,7 @@ use crate::{
     Gear, Kind, Side,
     tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Rounding, Tolerances},
 };
-use flankfit_estimation::{
-    inference::{Conformity, Inferred},
-    result::IntervalKind,
-};
+use flankfit_estimation::{inference::Inferred, result::IntervalKind};
 use flankfit_numerics::{check::Faults, words::Shown};
 
 /// Declares limits of gear figures, with further members before them.
@@ -114,8 +111,7 @@ limits! {
 
 limits! {
     /// Limits of figures, `[low, high]` in µm, in the sign and the direction of the response. Each
-    /// figure that has limits is returned with `within`, and with its conformity if it has an
-    /// interval.
+    /// figure that has limits is returned with `within` and its conformity.
     #[cfg_attr(feature = "contract", schema(as = ToleranceLimits))]
     SidedLimits {
         /// Class 1 to 11 of ISO 1328-1:2013: its tolerances limit the slopes, and of traces the
@@ -237,7 +233,7 @@ pub fn within(value: f64, limits: Option<[f64; 2]>) -> Option<bool> {
     limits.map(|[low, high]| low <= value && value <= high)
 }
 
-/// A figure's confidence interval and conformity.
+/// A figure's confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -251,25 +247,22 @@ pub struct Inference {
     /// Basis of the interval.
     #[cfg_attr(feature = "contract", serde(rename = "interval_kind"))]
     pub kind: IntervalKind,
-    /// The estimate that interval and conformity are made of.
+    /// The estimate that the interval is of.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub about: Inferred,
     /// Degrees of freedom of Student's distribution for the interval; absent if the noise is known.
     pub degrees_of_freedom: Option<f64>,
-    /// Conformity with the limits, if `within` is given.
-    pub conformity: Option<Conformity>,
 }
 
 impl Inference {
     /// Infers an unbiased figure.
-    pub(super) fn new(about: &Inferred, level: f64, limits: Option<[f64; 2]>) -> Self {
-        Inference::with(about.interval(level), IntervalKind::Student, *about, limits)
+    pub(super) fn new(about: &Inferred, level: f64) -> Self {
+        Inference::with(about.interval(level), IntervalKind::Student, *about)
     }
 
-    pub(super) fn with(interval: [f64; 2], kind: IntervalKind, about: Inferred, limits: Option<[f64; 2]>) -> Self {
+    pub(super) fn with(interval: [f64; 2], kind: IntervalKind, about: Inferred) -> Self {
         let degrees_of_freedom = Some(about.student.freedom()).filter(|freedom| freedom.is_finite());
-        let conformity = limits.map(|limits| about.conformity(limits));
-        Inference { interval, kind, about, degrees_of_freedom, conformity }
+        Inference { interval, kind, about, degrees_of_freedom }
     }
 }
 

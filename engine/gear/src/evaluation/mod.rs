@@ -250,7 +250,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             _ => None,
         };
         let limits = subject.limits(assessable, of_class);
-        let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values, &limits));
+        let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values));
+        let compared = |one: Option<Inference>, limits: Option<[f64; 2]>| Some(one?.about.conformity(limits?));
         let held = |of: fn(&Values) -> f64, limits| values.and_then(|values| within(of(&values), limits));
         traces.push(Evaluated {
             tooth: trace.tooth.clone(),
@@ -263,12 +264,12 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             classes,
             limits,
             slope_interval_um: slope.map(|slope| slope.interval),
-            slope_conformity: slope.and_then(|slope| slope.conformity),
+            slope_conformity: compared(slope, limits.slope),
             slope_within: held(|values| values.slope_um, limits.slope),
             form_within: held(|values| values.form_um, limits.form),
             total_within: held(|values| values.total_um, limits.total),
             crowning_interval_um: crowning.map(|crowning| crowning.interval),
-            crowning_conformity: crowning.and_then(|crowning| crowning.conformity),
+            crowning_conformity: compared(crowning, limits.crowning),
             crowning_within: held(|values| values.crowning_um, limits.crowning),
             design_um: None,
             values,
@@ -293,6 +294,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     let windows = [profile.as_ref(), helix.as_ref()];
     let slopes = trace_surface::SlopeLimits::new(windows, tolerances.as_ref().ok(), &foreign, settings.rounding);
     let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &slopes);
+    let new = |one: &Warning| !warnings.iter().any(|other| (other.code(), other.path()) == (one.code(), one.path()));
+    let more: Vec<Warning> = more.into_iter().filter(new).collect();
     warnings.extend(more);
     let overall = super::tolerance::overall(traces.iter().filter_map(|t| t.classes.as_ref()?.coarsest()));
     let (class, coarser_than_11) = (overall.and_then(Class::number), overall == Some(Class::Beyond));

@@ -18,10 +18,15 @@
 //! cannot be separated from the flank and is not in this number; nor can noise that is correlated
 //! over a good part of the trace, so that few samples are left ([`FEWEST_EFFECTIVE`]) and a warning
 //! says so.
+//!
+//! A cosine transform continues a segment by its mirror image. The slopes of a smooth flank at the
+//! ends are then corners, whose powers fall as `1/sin⁴(ω/2)`; with many segments they are as great
+//! as correlated noise, whose powers fall as `1/sin²(ω/2)`. Where they fall like corners there is
+//! no warning; the intervals stay as wide.
 
 use std::f64::consts::PI;
 
-use super::{mean_curve::MeanCurves, spacing::Spacing};
+use super::{mean_curve::MeanCurves, spacing::Spacing, warning::TraceWarning};
 use flankfit_estimation::inference::{Doubts, Inferred};
 use flankfit_numerics::{
     cancel,
@@ -55,6 +60,11 @@ const PRICE: f64 = 2.2;
 const SIGNIFICANT: f64 = 0.05;
 /// Share of the mean square of form and noise below which noise is in no doubt.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Levels of independent noise in the ends of smooth segments, relative to their spectrum.
+const FLOORS: [f64; 9] = [0.0, 1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+/// Logarithm of the odds from which on samples with holes show a smooth flank, not correlated
+/// noise: 20.
+const SMOOTH: f64 = 2.996;
 /// Samples without correlation that determine a slope as well, below which intervals may not hold.
 const FEWEST_EFFECTIVE: f64 = 24.0;
 
@@ -89,7 +99,7 @@ impl EstimatedVariance {
 /// Noise of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TraceNoise {
-    /// Variance of a sample as far as means and slopes feel it.
+    /// Variance of independent samples whose slope would be as uncertain.
     pub variance: EstimatedVariance,
     /// Correlation that leaves intervals in doubt.
     pub correlation: Option<Correlation>,
@@ -102,6 +112,13 @@ pub(crate) struct Correlation {
     pub effective: f64,
     /// Factor of the standard error by the strongest correlation that is not excluded at 0.95.
     pub factor: f64,
+}
+
+impl Correlation {
+    /// Returns the warning of a trace of `count` samples.
+    pub(crate) fn warning(&self, count: usize) -> TraceWarning {
+        TraceWarning::CorrelatedNoise { count, effective: self.effective, factor: self.factor }
+    }
 }
 
 /// A number of modes of the flank and a correlation.
@@ -123,8 +140,9 @@ pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<T
     let means: Vec<f64> = each.chunks_exact(block).map(|chunk| chunk.iter().sum::<f64>() / block as f64).collect();
     let crosses = |i: usize| spacing.crosses(u[i * block], u[(i + 3) * block - 1]);
     // cuts that leave less than half are chance among few samples
-    let modes = |cut: f64| Some(modes(&means, cut, crosses)).filter(|modes| modes.len() >= FEWEST_MODES);
-    let modes = modes(CUT).filter(|modes| modes.len() >= means.len() / 2).or_else(|| modes(f64::INFINITY))?;
+    let modes = |cut: f64| Some(modes(&means, cut, crosses)).filter(|(modes, _)| modes.len() >= FEWEST_MODES);
+    let (modes, segments) =
+        modes(CUT).filter(|(modes, _)| modes.len() >= means.len() / 2).or_else(|| modes(f64::INFINITY))?;
     let mean = modes.iter().map(|[_, power]| power).sum::<f64>() / modes.len() as f64;
     if !mean.is_finite() {
         return None;
@@ -150,7 +168,11 @@ pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<T
     let value = mean * block as f64 * log.exp();
     let square = |list: &[f64]| list.iter().map(|d| d * d).sum::<f64>() / u.len() as f64;
     let negligible = NEGLIGIBLE * square(&each) + f64::EPSILON * square(deviation);
-    let doubtful = independent < SIGNIFICANT && effective < FEWEST_EFFECTIVE && value > negligible;
+    let is_divided = segments > 1 || !spacing.missing.is_empty();
+    let doubtful = independent < SIGNIFICANT
+        && effective < FEWEST_EFFECTIVE
+        && value > negligible
+        && !(is_divided && is_smooth(&modes, mean, means.len(), &candidates));
     let doubts = doubtful.then_some("correlated_noise").into_iter().collect();
     let factor = (0.5 * normal::upper_quantile(0.05) * spread.sqrt()).exp();
     Some(TraceNoise {
@@ -159,8 +181,8 @@ pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<T
     })
 }
 
-/// Frequencies and powers of the modes of all segments, the lowest first.
-fn modes(left: &[f64], cut: f64, crosses: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
+/// Frequencies and powers of the modes of all segments, the lowest first, and how many segments.
+fn modes(left: &[f64], cut: f64, crosses: impl Fn(usize) -> bool) -> (Vec<[f64; 2]>, usize) {
     let mut smooth: Vec<bool> = sharp(left, 1, cut).iter().enumerate().map(|(i, bend)| !bend && !crosses(i)).collect();
     // a corner bends distant samples more than neighbours, and lies in the middle of them
     let (lag, mut from) = (left.len() / CORNERS, 0);
@@ -172,16 +194,17 @@ fn modes(left: &[f64], cut: f64, crosses: impl Fn(usize) -> bool) -> Vec<[f64; 2
             from += run.len();
         }
     }
-    let (mut modes, mut from) = (Vec::new(), 0);
+    let (mut modes, mut segments, mut from) = (Vec::new(), 0, 0);
     for run in smooth.chunk_by(|a, b| a == b) {
         let to = from + run.len();
         if run[0] && run.len() + 2 >= SHORTEST {
             modes.extend(transformed(&left[from..to + 2]));
+            segments += 1;
         }
         from = to;
     }
     modes.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    modes
+    (modes, segments)
 }
 
 /// Which second differences of samples `lag` apart are above `cut` usual ones.
@@ -207,6 +230,45 @@ fn transformed(segment: &[f64]) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
+/// Numbers of modes that may belong to the flank.
+fn cuts(modes: &[[f64; 2]], n: usize) -> Vec<usize> {
+    let cuts = (1..).map(|j| 1usize << j).take_while(|cut| 2 * cut <= n);
+    cuts.map(|cut| modes.partition_point(|[at, _]| *at < PI * (cut as f64 + 0.5) / n as f64)).collect()
+}
+
+/// Powers relative to their mean, and the logarithm by which each is less likely as the flank's.
+fn powers(modes: &[[f64; 2]], mean: f64) -> (Vec<f64>, Vec<f64>) {
+    let powers: Vec<f64> = modes.iter().map(|[_, power]| (power / mean).max(f64::EPSILON)).collect();
+    let of_flank = powers.iter().map(|power| 0.5 * power.ln() + PRICE).collect();
+    (powers, of_flank)
+}
+
+/// True if the modes are those of the ends of smooth segments with independent noise, rather than
+/// of correlated noise.
+fn is_smooth(modes: &[[f64; 2]], mean: f64, n: usize, candidates: &[Candidate]) -> bool {
+    let (powers, of_flank) = powers(modes, mean);
+    let corners: Vec<f64> = modes.iter().map(|[at, _]| (2.0 * (0.5 * at).sin()).powi(-4)).collect();
+    let prior = ((1.0 - INDEPENDENT) / FLOORS.len() as f64).ln();
+    let mut smooth = Vec::new();
+    for floor in FLOORS {
+        for cut in cuts(modes, n) {
+            let shape = || corners[cut..].iter().map(|corner| corner + floor);
+            let count = (modes.len() - cut) as f64;
+            let level = shape().zip(&powers[cut..]).map(|(shape, power)| power / shape).sum::<f64>() / count;
+            let of_noise = 0.5 * (count * (level.ln() + 1.0 + (2.0 * PI).ln()) + shape().map(f64::ln).sum::<f64>());
+            smooth.push(prior - of_noise - of_flank[..cut].iter().sum::<f64>());
+        }
+    }
+    let correlated: Vec<f64> = candidates.iter().filter(|one| one.correlated).map(|one| one.log_likelihood).collect();
+    log_sum(&smooth) > log_sum(&correlated) + SMOOTH
+}
+
+/// ln Σ exp.
+fn log_sum(logs: &[f64]) -> f64 {
+    let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + logs.iter().map(|log| (log - most).exp()).sum::<f64>().ln()
+}
+
 /// All numbers of modes and correlations of `n` samples, powers relative to their mean.
 fn candidates(modes: &[[f64; 2]], mean: f64, n: usize) -> Vec<Candidate> {
     let steps = ((MOST * n as f64).ln() / STEP.ln()).floor().max(1.0) as i32;
@@ -217,11 +279,8 @@ fn candidates(modes: &[[f64; 2]], mean: f64, n: usize) -> Vec<Candidate> {
         0 => INDEPENDENT,
         k => (1.0 - INDEPENDENT) * (correlation(k + 1) - correlation(k - 1)) / whole,
     };
-    let cuts = (1..).map(|j| 1usize << j).take_while(|cut| 2 * cut <= n);
-    let cuts: Vec<usize> =
-        cuts.map(|cut| modes.partition_point(|[at, _]| *at < PI * (cut as f64 + 0.5) / n as f64)).collect();
-    let powers: Vec<f64> = modes.iter().map(|[_, power]| (power / mean).max(f64::EPSILON)).collect();
-    let of_flank: Vec<f64> = powers.iter().map(|power| 0.5 * power.ln() + PRICE).collect();
+    let cuts = cuts(modes, n);
+    let (powers, of_flank) = powers(modes, mean);
     let cosines: Vec<f64> = modes.iter().map(|[frequency, _]| frequency.cos()).collect();
     let mut found = Vec::with_capacity(cuts.len() * (steps + 1) as usize);
     for k in 0..=steps {

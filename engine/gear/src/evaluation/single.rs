@@ -22,7 +22,7 @@ use super::{
     coverage,
     gap::mean_curves,
     mean_curve::MeanCurves,
-    noise::{Correlation, TraceNoise},
+    noise::TraceNoise,
     outliers::burrs::Burr,
     samples::{self, Samples, Taken},
     settings::{MeanCurve, Outliers},
@@ -69,8 +69,8 @@ impl Subject<'_> {
             self.warn(warnings, suspects.warning(exclude));
         }
         let noise = (assessable != Assessable::Nothing).then(|| taken.noise()).flatten();
-        if let Some(Correlation { effective, factor }) = noise.and_then(|noise| noise.correlation) {
-            self.warn(warnings, TraceWarning::CorrelatedNoise { count: samples.used, effective, factor });
+        if let Some(correlation) = noise.and_then(|noise| noise.correlation) {
+            self.warn(warnings, correlation.warning(samples.used));
         }
         Outcome {
             samples,

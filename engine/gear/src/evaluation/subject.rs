@@ -35,15 +35,15 @@ impl Subject<'_> {
     }
 
     /// Returns what is inferred of slope and crowning.
-    pub(super) fn inferences(&self, values: &Values, limits: &TraceLimits) -> [Option<Inference>; 2] {
-        let inference = |value: f64, std_error: Option<f64>, limits: Option<[f64; 2]>| {
+    pub(super) fn inferences(&self, values: &Values) -> [Option<Inference>; 2] {
+        let inference = |value: f64, std_error: Option<f64>| {
             let variance =
                 EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom?, doubts: values.doubts };
-            Some(Inference::new(&variance.about(value), self.settings.level, limits))
+            Some(Inference::new(&variance.about(value), self.settings.level))
         };
         [
-            inference(values.slope_um, values.slope_std_error_um, limits.slope),
-            inference(values.crowning_um, values.crowning_std_error_um, limits.crowning),
+            inference(values.slope_um, values.slope_std_error_um),
+            inference(values.crowning_um, values.crowning_std_error_um),
         ]
     }
 

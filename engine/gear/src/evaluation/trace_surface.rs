@@ -11,7 +11,7 @@ use super::{
     Position, Posted,
     contradiction::{Contradiction, contradiction},
     flank_surface::{EstimatedFigure, Figure, FigureTerms, FlankFigures, Sample, Slopes, TERMS, through},
-    flank_traces::{FlankTraces, flank_traces, ranges},
+    flank_traces::{FlankTraces, OneTrace, flank_traces, ranges},
     limits::{Inference, ToleranceLimits, within},
     noise::EstimatedVariance,
     settings::{Settings, Window},
@@ -236,7 +236,9 @@ impl FlankTraces {
         let traces = samples(self, &frame);
         let found = through(&traces, settings.traces_share_zero)?;
         let variances = self.noise().map(|pooled| {
-            found.variances(&traces, |t| self.each.get(t).and_then(|trace| trace.variance).unwrap_or(pooled))
+            found.variances(&traces, |t| {
+                self.each.get(t).and_then(|trace| trace.noise).map_or(pooled, |noise| noise.variance)
+            })
         });
         let [profile, helix] =
             [Kind::Profile, Kind::Helix].map(|kind| settings.sign.of_material(settings.given, kind, self.side));
@@ -244,7 +246,7 @@ impl FlankTraces {
             let value = factor * found.coefficients[term]?;
             let about = variances.and_then(|all| all[term]).map(|one| one.about(value / factor).scaled(factor));
             let limits = slopes.of(term, &settings.limits.of(self.side));
-            let inference = |about: Inferred| Inference::new(&about, settings.level, limits);
+            let inference = |about: Inferred| Inference::new(&about, settings.level);
             Some(Figure {
                 limits,
                 within: within(value, limits),
@@ -254,6 +256,7 @@ impl FlankTraces {
                 bias_bound: 0.0,
                 least_squares: value,
                 inference: about.map(inference),
+                conformity: about.zip(limits).map(|(about, limits)| about.conformity(limits)),
             })
         };
         let factors = slopes.factors(&frame);
@@ -289,8 +292,8 @@ impl FlankTraces {
 
     /// Variance of the noise over the traces that tell it, µm².
     fn noise(&self) -> Option<EstimatedVariance> {
-        let known = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.variance?)));
-        let count: f64 = known.clone().map(|(samples, _)| samples).sum();
+        let told = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.noise?.variance)));
+        let count: f64 = told.clone().map(|(samples, _)| samples).sum();
         let shares =
             known.map(|(samples, variance)| EstimatedVariance { value: samples / count * variance.value, ..variance });
         (count > 0.0).then(|| EstimatedVariance::sum(shares))
@@ -359,8 +362,8 @@ impl Levelled {
     }
 }
 
-/// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and
-/// what is to be said of them.
+/// The surfaces of the flanks with several traces, in the order of teeth, left flanks first, and
+/// their warnings.
 pub(super) fn surfaces(
     gear: &Gear,
     posted: &[Posted],
@@ -375,7 +378,10 @@ pub(super) fn surfaces(
         let (a, b) = (&a.surface, &b.surface);
         (number(&a.tooth), &a.tooth, a.flank).cmp(&(number(&b.tooth), &b.tooth, b.flank))
     });
-    let warnings = warnings(&found, settings);
+    let mut warnings = warnings(&found, settings);
+    warnings.extend(
+        flanks.iter().filter(|flank| flank.each.len() > 1).flat_map(|flank| &flank.each).filter_map(OneTrace::warning),
+    );
     (found.into_iter().map(|found| found.surface).collect(), warnings)
 }
 

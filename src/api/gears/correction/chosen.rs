@@ -52,6 +52,7 @@ impl ChosenFigures {
     /// Returns a figure with the estimate that its interval is of.
     fn estimated(&self, figure: Figure) -> EstimatedFigure {
         let Figure { value, std_error, inference, .. } = figure;
+        let doubts = self.figures.reasons;
         let interval = inference.map(|one| one.interval);
         let student = inference.and_then(|one| one.degrees_of_freedom).map_or(Student::NORMAL, Student::new);
         let quantile = student.upper_quantile(0.5 * (1.0 - self.level));
@@ -60,9 +61,9 @@ impl ChosenFigures {
             std_error: 0.5 * (high - low) / quantile,
             bias_bound: 0.0,
             student,
-            doubts: inference.and_then(|one| one.conformity).map(|one| one.reasons).unwrap_or_default(),
+            doubts,
         };
-        EstimatedFigure { value, std_error, interval, about: interval.map(about) }
+        EstimatedFigure { value, std_error, interval, about: interval.map(about), doubts }
     }
 }
 

@@ -87,7 +87,7 @@ fn of_surface(surface: &TraceSurface, list: &mut List) {
     ] {
         let Some(figure) = figure else { continue };
         let name = format!("{symbol} of the surface, {side} of tooth {tooth}");
-        let limits = bounds(figure.inference.and_then(|one| one.conformity).map(|conformity| conformity.limits));
+        let limits = bounds(figure.conformity.map(|conformity| conformity.limits));
         list.push(&format!("{tooth}{letter}-S-{symbol}"), name, Some(figure.value), limits);
     }
 }

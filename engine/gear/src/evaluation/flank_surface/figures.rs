@@ -146,6 +146,9 @@ pub struct EstimatedFigure {
     /// The estimate that its conformity is judged by; `None` without degrees of freedom.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub about: Option<Inferred>,
+    /// Warnings that the error may be another, or is not known.
+    #[cfg_attr(feature = "contract", serde(skip))]
+    pub doubts: Doubts,
 }
 
 impl EstimatedFigure {
@@ -161,14 +164,15 @@ impl EstimatedFigure {
             std_error,
             interval: half.map(|half| [value - half, value + half]),
             about: std_error.map(|std_error| Inferred { value, std_error, student, ..Inferred::default() }),
+            doubts: Doubts::default(),
         }
     }
 
     /// Returns the figure with further doubts about its error.
     #[must_use]
     pub fn doubted(self, doubts: Doubts) -> Self {
-        let about = self.about.map(|about| Inferred { doubts: about.doubts.or(doubts), ..about });
-        EstimatedFigure { about, ..self }
+        let doubts = self.doubts.or(doubts);
+        EstimatedFigure { about: self.about.map(|about| Inferred { doubts, ..about }), doubts, ..self }
     }
 
     /// Returns the figure moved to `value` by an exactly known change.
@@ -180,6 +184,7 @@ impl EstimatedFigure {
             std_error: self.std_error,
             interval: self.interval.map(|ends| ends.map(|end| end + by)),
             about: self.about.map(|about| Inferred { value: about.value + by, ..about }),
+            doubts: self.doubts,
         }
     }
 
@@ -193,8 +198,7 @@ impl EstimatedFigure {
             [one] => *one,
             several => {
                 let mean = several.iter().map(|one| one.value).sum::<f64>() / several.len() as f64;
-                let doubts = several.iter().filter_map(|one| one.about).map(|about| about.doubts);
-                doubts.fold(self.at(mean), Self::doubted)
+                several.iter().map(|one| one.doubts).fold(self.at(mean), Self::doubted)
             }
         }
     }

@@ -35,6 +35,7 @@ use crate::{Gear, tolerance::Tolerances, trace::Direction};
 pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figures};
 use flankfit_estimation::{
     self, FitError, FitSpec, Unconverged,
+    inference::{Conformity, Doubts},
     result::{FitResult, TermKey, WeightedSum},
     spec::{Degree, Include, Model, PolynomialBasis, Terms},
 };
@@ -73,9 +74,11 @@ pub struct Figure {
     /// True if the estimate lies within its limits (`tolerance_limits`); present if the figure has
     /// limits and is not extrapolated (`range_not_covered`).
     pub within: Option<bool>,
-    /// Interval and conformity; `None` if the noise is not known.
+    /// Interval; `None` if the noise is not known.
     #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub inference: Option<Inference>,
+    /// Conformity with the limits, if `within` is given; `undecidable` without an interval.
+    pub conformity: Option<Conformity>,
 }
 
 /// Residuals of the surface.
@@ -173,7 +176,7 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
-            .map(|coefficient| Figure::new(&coefficient.into(), scale * factor, limits))
+            .map(|coefficient| Figure::new(&coefficient.into(), scale * factor, limits, result.doubts()))
             .ok_or(FitError::NotConverged(Unconverged::SecondOrder))
     };
     Ok(FlankSurface {
@@ -196,13 +199,17 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
 }
 
 impl Figure {
-    /// `factor` times an estimate.
-    fn new(estimate: &WeightedSum, factor: f64, limits: Option<[f64; 2]>) -> Self {
+    /// Returns `factor` times an estimate; `doubts` are those of its fit.
+    fn new(estimate: &WeightedSum, factor: f64, limits: Option<[f64; 2]>, doubts: Doubts) -> Self {
         let inference = estimate.interval.map(|interval| {
             let [a, b] = interval.ends.map(|end| factor * end);
             let about = interval.about.scaled(factor);
-            Inference::with([a.min(b), a.max(b)], interval.kind, about, limits)
+            Inference::with([a.min(b), a.max(b)], interval.kind, about)
         });
+        let compared = |limits| match &inference {
+            Some(inference) => inference.about.conformity(limits),
+            None => Conformity::undecidable(limits, doubts),
+        };
         Figure {
             value: factor * estimate.value,
             std_error: estimate.std_error.map(|e| e * factor.abs()),
@@ -212,6 +219,7 @@ impl Figure {
             limits,
             within: within(factor * estimate.value, limits),
             inference,
+            conformity: limits.map(compared),
         }
     }
 }

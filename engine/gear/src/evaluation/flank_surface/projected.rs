@@ -25,7 +25,7 @@ use super::{
     Figure, FigureTerms, FlankFigures, Slopes,
 };
 use crate::{Gear, Kind, Side, tolerance::Tolerances, trace::Direction};
-use flankfit_estimation::{result::WeightedSum, spec::WeightedSums};
+use flankfit_estimation::{inference::Doubts, result::WeightedSum, spec::WeightedSums};
 use flankfit_numerics::quadrature::gauss_legendre;
 
 /// Places on each axis.
@@ -74,16 +74,21 @@ impl FittedFlank<'_> {
         }
     }
 
-    /// The figures, slopes by DIN, of the results for [`FittedFlank::sums`], compared with
-    /// limits.
-    pub fn figures(&self, sums: &[Option<WeightedSum>], limits: FlankFigures<[f64; 2]>) -> FlankFigures<Figure> {
+    /// Returns the figures, slopes by DIN, of the results for [`FittedFlank::sums`], compared with
+    /// limits; `doubts` are those of the fit.
+    pub fn figures(
+        &self,
+        sums: &[Option<WeightedSum>],
+        limits: FlankFigures<[f64; 2]>,
+        doubts: Doubts,
+    ) -> FlankFigures<Figure> {
         let [profile, helix] = [Kind::Profile, Kind::Helix]
             .map(|kind| SlopeSign::Din.of_material(DeviationSign::Material, kind, self.side));
         let Slopes { factors, .. } = self.slopes();
         let height = self.height * self.terms.factor(self.gear, Direction::Normal);
         let figure = |k: usize, factor: f64, limits: Option<[f64; 2]>| {
             let sum = sums.get(k)?.as_ref()?;
-            Some(Figure::new(sum, factor * height, limits))
+            Some(Figure::new(sum, factor * height, limits, doubts))
         };
         FlankFigures {
             profile_slope: figure(0, 2.0 * profile * factors[0], limits.profile_slope),
