@@ -5,44 +5,42 @@ import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge } from "./figure.js";
 
-/**
- * A sign with words, from the verdict if there is one; nothing without limits.
- * @param {{ within?: boolean | null | undefined, conformity?: Conformity | null | undefined, doubtful?: boolean }} props
- */
-export function Within({ within, conformity, doubtful = false }) {
+/** By a sign and in words, by the verdict where there is one; nothing without limits. @param {{ within?: boolean | null | undefined, conformity?: Verdict | null | undefined }} props */
+export function Within({ within, conformity }) {
   if (conformity) return h(Decided, { conformity });
   if (typeof within !== "boolean") return null;
-  if (within && doubtful)
-    return html`<b class="within warn"><span aria-hidden="true" translate="no">!</span><span class="visually-hidden">${t.within}, ${t.doubtful}</span></b>`;
   return html`<b class=${within ? "within good" : "within bad"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
     class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
 }
 
 /** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
+/** The part of a conformity that is shown. @typedef {Pick<Conformity, "verdict" | "assumptions" | "reasons">} Verdict */
 
 /** Verdicts with sign and colour; one with doubtful assumptions has no ✓. */
 export const VERDICTS = /** @type {const} */ ({
   conforms: { sign: "✓", kind: "good" },
   does_not_conform: { sign: "✗", kind: "bad" },
-  cannot_be_told: { sign: "?", kind: "warn" },
+  undecidable: { sign: "?", kind: "warn" },
   doubtful: { sign: "!", kind: "warn" },
 });
 
-/** The key of a verdict, and the reasons to doubt it in words. @param {Conformity} conformity */
+/** The key of a verdict, and the reasons to doubt it in words. @param {Verdict} conformity */
 export function verdictOf({ verdict, assumptions, reasons }) {
   /** @type {keyof typeof VERDICTS} */
   const key = verdict === "conforms" && assumptions === "doubtful" ? "doubtful" : verdict;
   return { key, why: reasons.map(t.because).join(", ") };
 }
 
-/** @param {Conformity | undefined} conformity */
+/** @param {Verdict | undefined} conformity */
 export function verdictText(conformity) {
   if (!conformity) return undefined;
   const { why } = verdictOf(conformity);
-  return why ? `${t[conformity.verdict]}, ${t.doubtful}: ${why}` : t[conformity.verdict];
+  const verdict = t[conformity.verdict];
+  if (conformity.assumptions === "ok") return verdict;
+  return why ? `${verdict}, ${t.doubtful}: ${why}` : `${verdict}, ${t.doubtful}`;
 }
 
-/** A verdict as a sign, for places without space for words. @param {{ conformity: Conformity | undefined }} props */
+/** A verdict by its sign, where there is no room for words. @param {{ conformity: Verdict | undefined }} props */
 export function Decided({ conformity }) {
   if (!conformity) return null;
   const { key } = verdictOf(conformity);

@@ -4,7 +4,7 @@ import { Badge } from "../components/figure.js";
 import { table } from "../components/table.js";
 import { Tags } from "../components/tags.js";
 import { Thumbnail } from "../components/thumbnail.js";
-import { Within } from "../components/within.js";
+import { Decided } from "../components/within.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
@@ -133,9 +133,11 @@ function columns(sort, limit) {
   ];
 }
 
-/** The flank, and a mark if all figures lie within their limits or not. @param {NonNullable<ListedJob["figures"]>} figures @param {ListedJob["flank"]} flank @param {number} limit */
+/** The flank, and the worst verdict of its figures. @param {NonNullable<ListedJob["figures"]>} figures @param {ListedJob["flank"]} flank @param {number} limit */
 function flankOf(figures, flank, limit) {
-  return html`<span class="flank-cell">${h(Thumbnail, { figures, flank, limit })}${h(Within, { within: figures.within, doubtful: figures.assumptions === "doubtful" })}${
+  const { verdict, assumptions } = figures;
+  const conformity = verdict && assumptions && { verdict, assumptions, reasons: [] };
+  return html`<span class="flank-cell">${h(Thumbnail, { figures, flank, limit })}${h(Decided, { conformity })}${
     flank && html`<span class="flank-side" aria-hidden="true">${t[flank]}</span>`
   }</span>`;
 }

@@ -134,7 +134,7 @@ function figure(cell, why) {
   return verbatim(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
 }
 
-const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told", "doubtful"]);
+const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "undecidable", "doubtful"]);
 
 /** Limits, and the conformity of the last figure. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
 function limitsOf({ low, high }, cells) {

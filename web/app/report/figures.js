@@ -178,7 +178,7 @@ function traceCell(data, kind, flank, what) {
   };
 }
 
-const WORST = /** @type {const} */ (["does_not_conform", "cannot_be_told", "doubtful", "conforms"]);
+const WORST = /** @type {const} */ (["does_not_conform", "undecidable", "doubtful", "conforms"]);
 
 /** Returns the conformity of the worst trace. @param {readonly EvaluatedTrace[]} traces @returns {Conformity | undefined} */
 function worst(traces) {

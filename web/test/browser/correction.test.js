@@ -130,8 +130,8 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
   const names = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody th .cell");
   assert.deepEqual(await names.allTextContents(), [
     "a ",
-    "b indistinguishable from <i>c</i>",
-    "<i>c</i> indistinguishable from b",
+    "b cannot be distinguished from <i>c</i>",
+    "<i>c</i> cannot be distinguished from b",
   ]);
 });
 
@@ -155,7 +155,7 @@ browserTest(
       if (setting.left) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "no change");
     assert.ok(result.settings.some((/** @type {any} */ setting) => setting.left));
     const figures = page.getByRole("table", { name: "Figures before and predicted" }).locator("tbody tr");
-    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
+    const words = { conforms: "conforms", does_not_conform: "does not conform", undecidable: "undecidable" };
     const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning"];
     for (const [i, name] of names.entries()) {
       const expected = result.figures.left[`${name}_um`];
@@ -217,7 +217,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
     weaker: "weaker",
     no_response: "no response",
     stronger: "stronger",
-    different: "different from predicted",
+    different: "otherwise than predicted",
     undecided: "undecided",
   };
   await page
@@ -368,7 +368,7 @@ browserTest("the other flank is predicted once it was measured", {}, async (worl
   const rows = other.getByRole("table", { name: "Figures before and predicted, The right flank" }).locator("tbody tr");
   const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
   assert.equal(await rows.count(), names.length);
-  const signs = { conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" };
+  const signs = { conforms: "✓", does_not_conform: "✗", undecidable: "?" };
   for (const [i, name] of names.entries()) {
     const expected = figures[`${name}_um`];
     const cells = rows.nth(i).locator("td .cell");

@@ -75,7 +75,7 @@ browserTest("other ranges and a class to conform to make another evaluation", { 
   const last = await call("GET", `/v1/jobs/${id}/iterations/1/records/${items[1].id}`);
   assert.deepEqual(last.request.evaluation.helix_range_mm, [1.5, 14.25]);
   const outcome = last.result.traces[0].slope_conformity.verdict;
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
+  const words = { conforms: "conforms", does_not_conform: "does not conform", undecidable: "undecidable" };
   const cell = page.getByRole("table", { name: "Profiles" }).locator("tbody tr").first().locator(".badge");
   assert.equal((await cell.textContent())?.trim(), words[/** @type {"conforms"} */ (outcome)]);
   assert.equal(new URL(page.url()).searchParams.get("record"), items[1].id);
@@ -145,7 +145,7 @@ browserTest("traces are compared with the limits and bands of the job", {}, asyn
   const traces = result.traces.filter((/** @type {any} */ one) => one.kind === "profile");
   const rows = page.getByRole("table", { name: "Profiles" }).locator("tbody tr");
   const within = (/** @type {boolean} */ is) => (is ? "within the limits" : "outside the limits");
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
+  const words = { conforms: "conforms", does_not_conform: "does not conform", undecidable: "undecidable" };
   for (const [i, trace] of traces.entries()) {
     const cells = await rows.nth(i).locator("td .cell").allTextContents();
     agrees(cells[1], trace.slope_um, trace.slope_std_error_um, ...trace.slope_interval_um);
@@ -162,7 +162,7 @@ browserTest("traces are compared with the limits and bands of the job", {}, asyn
     const [wide, narrow] = trace.k_bands;
     assert.equal(narrow.within, false);
     const said = cells.at(-1)?.split("Band 1: ")[1];
-    if (wide.within === undefined) assert.match(said ?? "", /^undecided/);
+    if (wide.within === undefined) assert.match(said ?? "", /^undecidable/);
     else agrees(said, wide.clearance_um);
     agrees(cells.at(-1)?.split("Band 2: ")[1], -narrow.clearance_um);
   }
@@ -222,7 +222,7 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
   assert.deepEqual([left.single_pitch_within, left.cumulative_pitch_within, runout.within], [false, true, true]);
   await open(pathOf(id));
   const rows = page.getByRole("table", { name: "Pitch and run-out" }).locator("tbody tr");
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
+  const words = { conforms: "conforms", does_not_conform: "does not conform", undecidable: "undecidable" };
   for (const [at, within, limits, conformity] of /** @type {const} */ ([
     [0, left.single_pitch_within, left.single_pitch_limits_um, left.single_pitch_conformity],
     [1, left.cumulative_pitch_within, left.cumulative_pitch_limits_um, left.cumulative_pitch_conformity],
@@ -235,7 +235,7 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
   }
   assert.deepEqual(
     [left.single_pitch_conformity.verdict, left.cumulative_pitch_conformity.verdict, runout.conformity],
-    ["does_not_conform", "cannot_be_told", undefined],
+    ["does_not_conform", "undecidable", undefined],
   );
   // figures without limits have no mark
   assert.equal(await rows.nth(2).locator(".within").count(), 0);

@@ -8,7 +8,7 @@ import { agrees } from "./numbers.js";
 import { gearCorrected } from "./pages.js";
 
 const FIGURES = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
-const SIGNS = { conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" };
+const SIGNS = { conforms: "✓", does_not_conform: "✗", undecidable: "?" };
 
 /** @param {string} side */
 const figuresOf = (side) => `Figures before and predicted, ${side} flank`;

@@ -126,7 +126,7 @@ browserTest(
     assert.equal(all[0].profile_slope_um.within, false, "the first iteration is outside a limit");
 
     await open(`/jobs/${id}`);
-    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "undecided" };
+    const words = { conforms: "conforms", does_not_conform: "does not conform", undecidable: "undecidable" };
     const rows = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
     for (const [i, figures] of all.entries())
       for (const [k, name] of NAMES.entries()) {
@@ -218,6 +218,34 @@ browserTest(
   },
 );
 
+browserTest("a figure at its limit has no tick in the list", { alone: true }, async ({ page, open, job, call }) => {
+  const u = Array.from({ length: 9 }, (_, i) => 5.2 + 0.8 * i);
+  const v = Array.from({ length: 5 }, (_, j) => 0.5 + 3.5 * j);
+  const iteration = {
+    nodes: { type: "grid", u, v, z: u.map((_, i) => v.map((_, j) => 0.4 * Math.sin(13 * i + 78 * j))) },
+    flank: "right",
+    axes: {
+      u: { quantity: "roll_length", unit: "mm" },
+      v: { quantity: "face_width", unit: "mm" },
+      z: { quantity: "deviation", unit: "um" },
+    },
+    model: { type: "polynomial", degree: 2, terms: "total" },
+    regularization: { type: "none" },
+  };
+  const measured = async (/** @type {number} */ limit) => {
+    const { id } = await job({ requirements: { tolerance_limits: { profile_slope_um: [-90, limit] } } });
+    return (await call("POST", `/v1/jobs/${id}/iterations`, iteration)).fits[0].figures.profile_slope_um;
+  };
+  const { value } = await measured(90);
+  await open("/jobs");
+  await page.locator(".flank-cell .within.good").waitFor();
+  const { within, conformity } = await measured(value + 1e-3);
+  assert.deepEqual([within, conformity.verdict], [true, "undecidable"]);
+  await open("/jobs");
+  await page.locator(".flank-cell .within.warn", { hasText: "undecidable" }).waitFor();
+  assert.equal(await page.locator(".flank-cell .within.good").count(), 1);
+});
+
 browserTest(
   "a verdict whose assumptions are doubtful has no tick",
   { alone: true },
@@ -247,7 +275,7 @@ browserTest(
     assert.match((await tile.textContent()) ?? "", /!conforms, doubtful: .*lack of fit of the model/);
     const panel = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true });
     await panel.locator(".badge.warn", { hasText: "doubtful" }).waitFor();
-    await panel.getByText("Doubtful, because the assumptions are violated").waitFor();
+    await panel.getByText("Doubtful: the model lacks a shape").waitFor();
     for (const path of [`/jobs/${id}`, `/jobs/${id}/iterations/1`, "/jobs", `/jobs/${id}/report`]) {
       await open(path);
       await page.getByText("!", { exact: true }).first().waitFor();

@@ -5,7 +5,9 @@ import { readdir, readFile } from "node:fs/promises";
 import { test } from "node:test";
 import dependency from "../../app/i18n/de/dependencies.js";
 import problems from "../../app/i18n/de/problems.js";
+import requirements from "../../app/i18n/de/requirements.js";
 import german from "../../app/i18n/de/warnings.js";
+import english from "../../app/i18n/en/requirements.js";
 import { counted, plain } from "../../app/lib/warnings.js";
 
 const SOURCES = [
@@ -34,6 +36,18 @@ test("every code of the engine's warnings has a sentence in German", async () =>
     codes.filter((code) => !german[code]),
     [],
   );
+});
+
+test("every reason to doubt a conformity has words", async () => {
+  const document = JSON.parse(await readFile(new URL("../../../openapi/flankfit.json", import.meta.url), "utf8"));
+  /** @type {string[]} */
+  const codes = document.components.schemas.Doubts.items.enum;
+  assert.ok(codes.length > 10, `${codes.length} codes`);
+  for (const { because } of [english, requirements])
+    assert.deepEqual(
+      codes.filter((code) => because(code) === code),
+      [],
+    );
 });
 
 const api = new URL("../../../src/api/", import.meta.url);

@@ -40,7 +40,7 @@ export default {
   left: "links",
   right: "rechts",
   flankHint: (limit) =>
-    `Flanken nach Winkelabweichungen, Balligkeiten und Verschränkung der letzten Iteration, Farben von −${limit} bis ${limit} µm: oben der Kopf, links Stirnseite I. ✓, ✗: ob alle Kenngrößen in ihren Grenzen liegen. Klasse: aus der letzten Auswertung.`,
+    `Flanken nach Winkelabweichungen, Balligkeiten und Verschränkung der letzten Iteration, Farben von −${limit} bis ${limit} µm: oben der Kopf, links Stirnseite I. ✓, ✗: ob alle Kenngrößen konform sind; ?: nicht zu entscheiden; !: zweifelhaft. Klasse: der zuletzt gespeicherten Auswertung.`,
   withinLimits: "In den Grenzen",
   class: "Klasse",
   rms: "RMS",

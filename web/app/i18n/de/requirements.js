@@ -93,9 +93,9 @@ export default {
   outside: "außerhalb der Grenzen",
   conforms: "konform",
   does_not_conform: "nicht konform",
-  cannot_be_told: "nicht entscheidbar",
+  undecidable: "nicht zu entscheiden",
   doubtful: "zweifelhaft",
-  whyDoubtful: (why) => `Zweifelhaft, weil die Annahmen verletzt sind: ${why}.`,
+  whyDoubtful: (why) => `Zweifelhaft: ${why}.`,
   because: (code) =>
     /** @type {Record<string, string>} */ ({
       outliers_suspected: "Verdacht auf grobe Fehler",
@@ -110,9 +110,13 @@ export default {
       positions_uncertain: "Positionen unsicher",
       power_uncertain: "Varianzen unsicher",
       norm_limit_contradicted: "Grenze der Norm widerlegt",
+      too_few_nodes: "zu wenige Punkte für Intervalle",
+      no_degrees_of_freedom: "so viele Koeffizienten wie Punkte",
+      exact_fit: "Anpassung geht exakt durch die meisten Punkte",
+      no_scale: "Streuung der Residuen unbekannt",
     })[code] ?? code,
   conformityHint:
-    "Die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband für die Unsicherheit. Sie ist zweifelhaft, wenn die Residuen die Annahmen verletzen.",
+    "Die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband der Unsicherheit. Zweifelhaft ist sie, wo die Residuen den Annahmen widersprechen, nicht zu entscheiden, wo eine Kenngröße einer Grenze zu nahe liegt oder kein Intervall hat.",
   thumbnail: (figures, flank) =>
     `${flank ? { left: "Linke Flanke", right: "Rechte Flanke" }[flank] : "Flanke"} mit ihren Kenngrößen: ${figures}`,
 };

@@ -162,7 +162,8 @@ export default {
   undetermined_settings_moved:
     "Die Messung sagt nichts über diese Einstellung, doch ihre Grenzen verlangen eine Änderung.",
   // streams
-  too_few_nodes: "Zu wenige Knoten für ein Ergebnis oder für Intervalle.",
+  fewer_nodes_than_coefficients: "Noch weniger Knoten als Koeffizienten.",
+  too_few_nodes: "Zu wenige Knoten für Intervalle bei diesem Schätzer.",
   // figures of fits, requirements
   axes_unknown: "Keine Kenngrößen: Die Achsen sagen nicht, was gemessen ist.",
   no_extent: "Keine Kenngrößen: Die Messpunkte erstrecken sich nicht über die Flanke.",

@@ -86,18 +86,18 @@ export default {
   biasBound: "Bias bound",
   limitsOf: "Limits",
   noLimits: "no limits",
-  limitsDecided: "Applied limits",
+  limitsDecided: "Limits that decided",
   limitsRequired: "Required limits",
-  limitsShare: "A fit keeps the limits of the job at the time it was computed.",
+  limitsShare: "A fit keeps the limits that the job had when it was made.",
   drawn: "Chart",
   conformity: "Conformity",
   within: "within the limits",
   outside: "outside the limits",
   conforms: "conforms",
   does_not_conform: "does not conform",
-  cannot_be_told: "undecided",
+  undecidable: "undecidable",
   doubtful: "doubtful",
-  whyDoubtful: (/** @type {string} */ why) => `Doubtful, because the assumptions are violated: ${why}.`,
+  whyDoubtful: (/** @type {string} */ why) => `Doubtful: ${why}.`,
   because: (/** @type {string} */ code) =>
     /** @type {Record<string, string>} */ ({
       outliers_suspected: "suspected gross errors",
@@ -112,9 +112,13 @@ export default {
       positions_uncertain: "uncertain positions",
       power_uncertain: "uncertain variances",
       norm_limit_contradicted: "norm limit contradicted",
+      too_few_nodes: "too few nodes for intervals",
+      no_degrees_of_freedom: "as many coefficients as nodes",
+      exact_fit: "fit through most nodes exactly",
+      no_scale: "scale of the residuals unknown",
     })[code] ?? code,
   conformityHint:
-    "Conformity is decided by ISO 14253-1, with a guard band for the uncertainty. It is doubtful if the residuals violate the assumptions.",
+    "Conformity is decided by ISO 14253-1, with a guard band of the uncertainty. It is doubtful where the residuals contradict the assumptions, and undecidable where a figure is too close to a limit or has no interval.",
   thumbnail: (/** @type {string} */ figures, /** @type {"left" | "right" | undefined} */ flank) =>
     `${flank ? { left: "Left flank", right: "Right flank" }[flank] : "Flank"} with its figures: ${figures}`,
 };
