@@ -72,7 +72,7 @@ async fn until_idle(pool: &WorkPool) {
 }
 
 #[tokio::test]
-async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
+async fn work_with_a_callers_handle_outlives_its_waiter() {
     let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     let handle = Handle::new();

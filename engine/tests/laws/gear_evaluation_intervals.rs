@@ -295,7 +295,7 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
 
 /// A part at its limit is found to conform, or not to, in one measurement of twenty each.
 #[test]
-fn a_part_at_its_limit_is_rarely_told_to_conform() {
+fn a_part_at_its_limit_rarely_conforms() {
     let told = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
     let order = [ConformityVerdict::Conforms, ConformityVerdict::Undecidable, ConformityVerdict::DoesNotConform];
     assert_eq!(order.map(|outcome| outcome as usize), [0, 1, 2]);

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_closer_than_the_error_are_never_told_to_be_kept() {
+    fn limits_closer_than_the_error_never_conform() {
         assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).verdict, ConformityVerdict::Undecidable);
     }
 
