@@ -111,7 +111,7 @@ impl SealKeeper {
         unwritten.is_empty()
     }
 
-    async fn tell_age(&self) {
+    async fn report_age(&self) {
         metrics::gauge!(telemetry::AUDIT_SEAL_INTERVAL).set(self.every.as_secs_f64());
         loop {
             metrics::gauge!(telemetry::AUDIT_SEAL_AGE).set(self.sealed().elapsed().as_secs_f64());

@@ -282,10 +282,7 @@ async fn all_errors_of_a_gear_are_listed_and_names_are_clean() {
         (json!({"name": "w", "machine": "\u{1b}[31m"}), "/machine"),
         (json!({"name": "w", "tags": {"a": "\u{7f}"}}), "/tags/a"),
         (json!({"name": "w", "tags": {"a\u{1}": "x"}}), "/tags"),
-        (
-            json!({"name": "w", "tags": (0..51).map(|i| (i.to_string(), "a")).collect::<serde_json::Value>()}),
-            "/tags",
-        ),
+        (json!({"name": "w", "tags": (0..51).map(|i| (i.to_string(), "a")).collect::<serde_json::Value>()}), "/tags"),
     ] {
         assert_eq!(send(app.post("/v1/jobs", body.to_string())).await.pointers(), [pointer], "{body}");
     }

@@ -30,7 +30,7 @@ const SCOPES: [(Scope, &str); 6] = [
          create_stream add_stream_nodes finish_stream delete_stream connect_stream",
     ),
     (
-        Scope::Judge,
+        Scope::Decide,
         "update_job delete_job create_iteration_fit choose_fit update_iteration create_iteration_curve \
          create_iteration_surface create_iteration_correction create_gear_correction",
     ),

@@ -292,8 +292,8 @@ impl FlankTraces {
 
     /// Variance of the noise over the traces that tell it, µm².
     fn noise(&self) -> Option<EstimatedVariance> {
-        let told = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.noise?.variance)));
-        let count: f64 = told.clone().map(|(samples, _)| samples).sum();
+        let known = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.noise?.variance)));
+        let count: f64 = known.clone().map(|(samples, _)| samples).sum();
         let shares =
             known.map(|(samples, variance)| EstimatedVariance { value: samples / count * variance.value, ..variance });
         (count > 0.0).then(|| EstimatedVariance::sum(shares))
