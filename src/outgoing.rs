@@ -9,14 +9,12 @@ use ureq::{
     tls::{PemItem, RootCerts, TlsConfig, TlsProvider, parse_pem},
 };
 
-use crate::config::StartError;
-
 /// How long a connection may take to be there.
 const CONNECT: Duration = Duration::from_secs(5);
 
 /// An agent for requests to `url` that end within `limit`. Servers are believed by the authorities
 /// of `file`; without one by those that browsers believe.
-pub fn agent(url: &str, limit: Duration, file: Option<PathBuf>) -> Result<Agent, StartError> {
+pub fn agent(url: &str, limit: Duration, file: Option<PathBuf>) -> Result<Agent, String> {
     let tls = TlsConfig::builder()
         .provider(TlsProvider::Rustls)
         .unversioned_rustls_crypto_provider(Arc::new(default_provider()))
@@ -43,10 +41,10 @@ pub fn is_here(url: &str) -> bool {
     host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
 }
 
-fn authorities(file: PathBuf) -> Result<RootCerts, StartError> {
+fn authorities(file: PathBuf) -> Result<RootCerts, String> {
     let text = match fs::read(&file) {
         Ok(text) => text,
-        Err(source) => return Err(format!("cannot read {}: {source}", file.display()).into()),
+        Err(source) => return Err(format!("cannot read {}: {source}", file.display())),
     };
     let certificates: Vec<_> = parse_pem(&text)
         .filter_map(|item| match item {
@@ -56,7 +54,7 @@ fn authorities(file: PathBuf) -> Result<RootCerts, StartError> {
         .collect();
     if certificates.is_empty() {
         let file = file.display();
-        return Err(format!("{file} holds no certificate in PEM form (`-----BEGIN CERTIFICATE-----`)").into());
+        return Err(format!("{file} holds no certificate in PEM form (`-----BEGIN CERTIFICATE-----`)"));
     }
     Ok(RootCerts::Specific(Arc::new(certificates)))
 }

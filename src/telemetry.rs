@@ -153,6 +153,16 @@ pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
     metrics::histogram!(CANCELLED_SECONDS, "reason" => reason).record(elapsed.as_secs_f64());
 }
 
+/// Notes that a stream in memory was behind the store.
+pub fn record_catch_up() {
+    metrics::counter!(STREAM_CATCH_UPS).increment(1);
+}
+
+/// Notes whether the keys of the identity provider could be loaded.
+pub fn record_identity_provider(up: bool) {
+    metrics::gauge!(IDENTITY_PROVIDER_UP).set(f64::from(up));
+}
+
 /// Notes that somebody was turned away.
 pub fn record_shed(reason: &'static str) {
     metrics::counter!(SHED, "reason" => reason).increment(1);

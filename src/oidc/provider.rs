@@ -143,7 +143,7 @@ impl Provider {
         let fetched = tokio::task::spawn_blocking(move || span.in_scope(|| source.fetch())).await;
         let fetched = fetched.unwrap_or_else(|lost| Err(lost.to_string()));
         requests.last = Some((Instant::now(), fetched.is_ok()));
-        metrics::gauge!(telemetry::IDENTITY_PROVIDER_UP).set(f64::from(fetched.is_ok()));
+        telemetry::record_identity_provider(fetched.is_ok());
         match fetched {
             Ok(keys) => {
                 let (issuer, count) = (&self.source.issuer, keys.len());

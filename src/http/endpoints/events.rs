@@ -156,7 +156,7 @@ async fn get_events(
 struct Subject {
     job: Option<Uuid>,
     after: EventPlace,
-    /// Events that cannot be told any more came before the place.
+    /// Whether events before the place are forgotten.
     missed: bool,
 }
 

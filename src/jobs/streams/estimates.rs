@@ -39,7 +39,7 @@ impl Jobs {
             let stored = self.repository.stream(id).await.map_err(StreamError::from)?;
             if let Some(live) = slot.take() {
                 if stored.sequence > live.stream.sequence {
-                    metrics::counter!(telemetry::STREAM_CATCH_UPS).increment(1);
+                    telemetry::record_catch_up();
                 }
                 **slot = self.followed(host, live, stored).await?;
                 self.service.cache.set_size(&self.owned(id), slot.as_ref());
