@@ -3,8 +3,8 @@
 /// Declares an enum of warnings. Each variant has a stable code, a message (`#[error]`, as in
 /// thiserror) and fields, whose names are those of the values in JSON.
 ///
-/// The enum gets `CODES`, `code()` and `Display`. With the feature `contract` of its crate it is serialised
-/// as its values alone. `in FIELD` in place of a code means the code of this field.
+/// The enum gets `CODES`, `code()` and `Display`. With the feature `contract` of its crate it is
+/// serialised as its values alone. `in FIELD` in place of a code means the code of this field.
 ///
 /// ```text
 /// warnings! {
