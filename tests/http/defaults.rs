@@ -4,7 +4,7 @@
 use flankfit::{api::examples::REQUEST_EXAMPLES, http::openapi::openapi_json};
 use serde_json::{Value, json};
 
-use crate::harness::{TestApp, send};
+use crate::harness::{Answer, TestApp, send};
 
 /// Requests with one default written out, and its place.
 struct Written<'a> {
@@ -48,6 +48,17 @@ impl Written<'_> {
     }
 }
 
+/// Returns a response without what repeats the request: its digest, and the settings of an
+/// evaluation.
+fn result(answer: &Answer) -> Value {
+    let mut all = answer.json();
+    for place in ["/result", "/registration/result"] {
+        all.pointer_mut(&format!("{place}/provenance")).map(Value::take);
+    }
+    all.pointer_mut("/evaluation").map(Value::take);
+    all
+}
+
 #[tokio::test]
 async fn defaults_of_the_document_are_those_of_the_service() {
     let app = TestApp::start().await;
@@ -57,7 +68,10 @@ async fn defaults_of_the_document_are_those_of_the_service() {
     for (path, item) in document["paths"].as_object().unwrap() {
         let operation = &item["post"];
         // responses of what is stored have ids and times
-        if path.contains('{') || path == "/v1/jobs" || operation["responses"].get("200").is_none() {
+        if path.contains('{')
+            || ["/v1/jobs", "/v1/simulations/closed-loop"].contains(&path.as_str())
+            || operation["responses"].get("200").is_none()
+        {
             continue;
         }
         let examples = REQUEST_EXAMPLES.iter().filter(|one| operation["operationId"] == one.operation_id);
@@ -66,16 +80,20 @@ async fn defaults_of_the_document_are_those_of_the_service() {
             let schema = &operation["requestBody"]["content"]["application/json"]["schema"];
             let mut written = Written { schemas: &document["components"]["schemas"], found: Vec::new() };
             written.look(schema, &request, "", &request);
-            let plain = send(app.post(path, &request)).await;
+            let plain = send(app.post(path, request.to_string())).await;
+            // files have the time of their making
+            if !plain.header("content-type").ends_with("json") {
+                continue;
+            }
             for (place, request) in written.found {
-                let answer = send(app.post(path, &request)).await;
+                let answer = send(app.post(path, request.to_string())).await;
                 tried += 1;
-                if (answer.status, &answer.text) != (plain.status, &plain.text) {
-                    let length = answer.text.len().min(300);
-                    wrong.push(format!("{} {place}: {}", example.name, &answer.text[..length]));
+                if (answer.status, result(&answer)) != (plain.status, result(&plain)) {
+                    let shown: String = answer.text.chars().take(200).collect();
+                    wrong.push(format!("{} {place}: {shown}", example.name));
                 }
             }
         }
     }
-    assert!(wrong.is_empty() && tried > 100, "{tried}\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty() && tried > 50, "{tried}\n{}", wrong.join("\n"));
 }

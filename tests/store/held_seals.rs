@@ -39,7 +39,7 @@ async fn an_open_transaction_delays_no_other_entry() {
     assert_eq!(sealed(&store, values.now()).await, []);
     // it was made by hand: its actor is not the one of its digest
     let verdict = verified(&store).await;
-    let faults: Vec<_> = verdict.faults.iter().map(|fault| fault.place.as_str()).collect();
+    let faults: Vec<_> = verdict.differences.iter().map(|fault| fault.place.as_str()).collect();
     assert_eq!((verdict.unsealed, faults), (0, vec!["entry 4"]));
     store.close().await;
     Server::shared().done_with(&url);

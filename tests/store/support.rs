@@ -323,7 +323,7 @@ pub async fn verified(store: &Arc<dyn Store>) -> Verdict {
 /// The same, which is nothing.
 pub async fn intact(store: &Arc<dyn Store>) -> Verdict {
     let verdict = verified(store).await;
-    assert!(verdict.faults.is_empty(), "{:#?}", verdict.faults);
+    assert!(verdict.differences.is_empty(), "{:#?}", verdict.differences);
     verdict
 }
 

@@ -97,7 +97,7 @@ request! {
         optional node_uncertainty: NodeUncertainty,
         optional errors: ErrorModel,
         optional variance: Variance,
-        /// Level of confidence intervals, above 0.5 and below 1. Default 0.95.
+        /// Level of confidence intervals, above 0.5 and below 1, by default 0.95.
         #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
         optional level: f64,
         /// Optional parts of the result.

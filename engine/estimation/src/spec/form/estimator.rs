@@ -89,7 +89,7 @@ pub(in crate::spec) enum Estimator {
     #[serde(rename = "l_estimator")]
     L {
         form: LEstimatorForm,
-        /// For `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
+        /// For `trimmed` and `winsorized`: share of the nodes at either end. By default 0.1.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(exclusive_minimum = 0, exclusive_maximum = 0.5)]
         share: Option<f64>,

@@ -34,7 +34,7 @@ pub(in crate::spec) struct Prior {
     #[serde(rename = "move", skip_serializing_if = "Option::is_none")]
     moves: Option<Moves>,
     /// If true, the change predicted by a correction of an earlier iteration is added to the prior.
-    /// Default true.
+    /// By default true.
     correction: Option<bool>,
 }
 

@@ -23,7 +23,7 @@ pub(in crate::spec) struct Select {
     /// Subsets of the model's own terms are candidates (of a linear model: of its columns).
     terms: Option<Terms>,
     /// With `elastic_net` only: share of the absolute values in its penalty, above 0 and at most 1
-    /// (the lasso). Default 0.5.
+    /// (the lasso). By default 0.5.
     #[schema(exclusive_minimum = 0, maximum = 1)]
     alpha: Option<f64>,
     /// Criterion of the selection.
