@@ -132,33 +132,6 @@ async fn bad_specs_are_pointed_at() {
             "/regularization/parameter/value",
         ),
         (with(r#""regularization":{"type":"ridge","lambda_star":{}}"#), "/regularization/lambda_star"),
-        (with(r#""estimator":{"type":"huber"}"#), "/estimator/type"),
-        (with(r#""estimator":{"type":"m_estimator"}"#), "/estimator/loss"),
-        (with(r#""estimator":{"type":"m_estimator","loss":"huber","tuning":[0]}"#), "/estimator/tuning/0"),
-        (with(r#""estimator":{"type":"m_estimator","loss":"hampel","tuning":[2]}"#), "/estimator/tuning"),
-        (with(r#""estimator":{"type":"m_estimator","loss":"hampel","tuning":[2,8,4]}"#), "/estimator/tuning"),
-        (
-            with(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"fixed"}}"#),
-            "/estimator/scale/value",
-        ),
-        (
-            with(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"mad","value":1}}"#),
-            "/estimator/scale/value",
-        ),
-        (
-            with(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"proposal2","value":0}}"#),
-            "/estimator/scale/value",
-        ),
-        (with(r#""estimator":{"type":"m_estimator","loss":"huber","tolerance":0}"#), "/estimator/tolerance"),
-        (with(r#""estimator":{"type":"m_estimator","loss":"huber","max_iterations":0}"#), "/estimator/max_iterations"),
-        (with(r#""estimator":{"type":"m_estimator","loss":"huber","start":"zero"}"#), "/estimator/start"),
-        (with(r#""estimator":{"type":"lp","p":2.5}"#), "/estimator/p"),
-        (with(r#""estimator":{"type":"lp"}"#), "/estimator/p"),
-        (with(r#""estimator":{"type":"quantile","tau":1}"#), "/estimator/tau"),
-        (with(r#""estimator":{"type":"least_trimmed_squares","coverage":0.4}"#), "/estimator/coverage"),
-        (with(r#""estimator":{"type":"least_trimmed_squares","seed":-1}"#), "/estimator/seed"),
-        (with(r#""estimator":{"type":"rank","scores":"savage"}"#), "/estimator/scores"),
-        (with(r#""estimator":{"type":"least_squares","tuning":1}"#), "/estimator/tuning"),
         (with(r#""domain":{"u":[0]}"#), "/domain/u"),
         (with(r#""domain":{"u":[1,0]}"#), "/domain/u"),
         (with(r#""domain":{"w":[1,0]}"#), "/domain/w"),
@@ -173,13 +146,7 @@ async fn bad_specs_are_pointed_at() {
         (with(r#""filter":[]"#), "/filter"),
         (with(r#""scaling":"none","scaling":"none""#), "/scaling"),
         (model(r#"{"type":"polynomial","degree":"2"}"#), "/model/degree"),
-        (with(r#""estimator":{"type":"m_estimator","loss":"huber","tuning":[-1]}"#), "/estimator/tuning/0"),
         (model(r#"{"type":"polynomial","degree":2},"estimator":{"type":"least_trimmed_squares"}"#), "/estimator/type"),
-        (
-            with(r#""estimator":{"type":"m_estimator","loss":"tukey","scale":{"rule":"fixed","value":1e-9}}"#),
-            "/estimator/scale/value",
-        ),
-        (with(r#""estimator":{"type":"m_estimator","loss":"tukey","tuning":[1e-6]}"#), "/estimator/tuning"),
         (with(r#""noise_sigma":0"#), "/noise_sigma"),
         (with(r#""smoothing":0"#), "/smoothing"),
         (r#""scaling":"none""#.to_owned(), "/model"),
@@ -189,6 +156,38 @@ async fn bad_specs_are_pointed_at() {
     assert_eq!(app.fit("{}").await.pointers(), ["/nodes", "/model"]);
     let both = r#"{"nodes":{"type":"curve","x":[1,null],"y":[1,2]},"model":{"type":"fourier"},"noise":1}"#;
     assert_eq!(app.fit(both).await.pointers(), ["/noise", "/nodes/x/1", "/model/type"]);
+}
+
+#[tokio::test]
+async fn bad_estimators_are_pointed_at() {
+    let app = TestApp::start().await;
+    let nodes = r#"{"type":"curve","x":[0,1,2],"y":[0,1,4]}"#;
+    for (estimator, expected) in [
+        (r#"{"type":"huber"}"#, "/estimator/type"),
+        (r#"{"type":"m_estimator"}"#, "/estimator/loss"),
+        (r#"{"type":"m_estimator","loss":"huber","tuning":[0]}"#, "/estimator/tuning/0"),
+        (r#"{"type":"m_estimator","loss":"hampel","tuning":[2]}"#, "/estimator/tuning"),
+        (r#"{"type":"m_estimator","loss":"hampel","tuning":[2,8,4]}"#, "/estimator/tuning"),
+        (r#"{"type":"m_estimator","loss":"huber","scale":{"rule":"fixed"}}"#, "/estimator/scale/value"),
+        (r#"{"type":"m_estimator","loss":"huber","scale":{"rule":"mad","value":1}}"#, "/estimator/scale/value"),
+        (r#"{"type":"m_estimator","loss":"huber","scale":{"rule":"proposal2","value":0}}"#, "/estimator/scale/value"),
+        (r#"{"type":"m_estimator","loss":"huber","tolerance":0}"#, "/estimator/tolerance"),
+        (r#"{"type":"m_estimator","loss":"huber","max_iterations":0}"#, "/estimator/max_iterations"),
+        (r#"{"type":"m_estimator","loss":"huber","start":"zero"}"#, "/estimator/start"),
+        (r#"{"type":"lp","p":2.5}"#, "/estimator/p"),
+        (r#"{"type":"lp"}"#, "/estimator/p"),
+        (r#"{"type":"quantile","tau":1}"#, "/estimator/tau"),
+        (r#"{"type":"least_trimmed_squares","coverage":0.4}"#, "/estimator/coverage"),
+        (r#"{"type":"least_trimmed_squares","seed":-1}"#, "/estimator/seed"),
+        (r#"{"type":"rank","scores":"savage"}"#, "/estimator/scores"),
+        (r#"{"type":"least_squares","tuning":1}"#, "/estimator/tuning"),
+        (r#"{"type":"m_estimator","loss":"huber","tuning":[-1]}"#, "/estimator/tuning/0"),
+        (r#"{"type":"m_estimator","loss":"tukey","scale":{"rule":"fixed","value":1e-9}}"#, "/estimator/scale/value"),
+        (r#"{"type":"m_estimator","loss":"tukey","tuning":[1e-6]}"#, "/estimator/tuning"),
+    ] {
+        let rest = format!(r#"{LINE},"estimator":{estimator}"#);
+        assert_eq!(refused(&app, nodes, &rest).await.pointers(), [expected], "{rest}");
+    }
 }
 
 #[tokio::test]

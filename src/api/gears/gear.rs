@@ -115,7 +115,7 @@ pub struct GearToolBody {
     /// In normal modules. Default 1.25.
     #[schema(minimum = 0, maximum = 1e6)]
     pub addendum_factor: Option<f64>,
-    /// Default 0.
+    /// Protuberance of the tool, in the normal section. Default 0.
     #[schema(minimum = 0, maximum = 1e6)]
     pub protuberance_mm: Option<f64>,
 }

@@ -44,7 +44,7 @@ pub struct ClosedLoopBody {
     /// The value of `response_noise` that corrections assume. Default 0.02.
     #[schema(minimum = 0, maximum = 1)]
     pub response_uncertainty: Option<f64>,
-    /// Default 0.3.
+    /// Standard deviation of the noise of a measured deviation. Default 0.3.
     #[schema(minimum = 0, maximum = 1e6)]
     pub probe_noise_um: Option<f64>,
     /// Share of the nodes that a measurement misses; at least as many nodes as settings must

@@ -76,7 +76,7 @@ pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<Strin
     for (reason, text) in
         [("within_limits", "left alone, within the limits"), ("not_distinguishable", "left alone, no change found")]
     {
-        let names = settings(&proposed).filter(|setting| setting["left"] == reason);
+        let names = settings(&proposed).filter(|setting| setting["unchanged"] == reason);
         list(out, text, names)?;
     }
     writeln!(out, "\nNot determined by the nodes")?;

@@ -302,7 +302,7 @@ async fn nobody_grants_rights_that_they_lack() {
     ] {
         let answer = send(request(&app, &limited, method, path, &body)).await;
         let detail = text(&answer.problem(403, "forbidden")["detail"]);
-        assert!(detail.contains("`judge`") || detail.contains("`compute`"), "{detail}");
+        assert!(detail.contains("`decide`") || detail.contains("`compute`"), "{detail}");
         assert_eq!(answer.header("www-authenticate"), "Bearer error=\"insufficient_scope\"");
     }
     app.stop().await;

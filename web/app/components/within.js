@@ -40,7 +40,7 @@ export function verdictText(conformity) {
   return why ? `${verdict}, ${t.doubtful}: ${why}` : `${verdict}, ${t.doubtful}`;
 }
 
-/** A verdict by its sign, where there is no room for words. @param {{ conformity: Verdict | undefined }} props */
+/** A verdict by its sign, for narrow columns. @param {{ conformity: Verdict | undefined }} props */
 export function Decided({ conformity }) {
   if (!conformity) return null;
   const { key } = verdictOf(conformity);

@@ -130,8 +130,8 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
   const names = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody th .cell");
   assert.deepEqual(await names.allTextContents(), [
     "a ",
-    "b cannot be distinguished from <i>c</i>",
-    "<i>c</i> cannot be distinguished from b",
+    "b indistinguishable from <i>c</i>",
+    "<i>c</i> indistinguishable from b",
   ]);
 });
 
@@ -217,7 +217,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
     weaker: "weaker",
     no_response: "no response",
     stronger: "stronger",
-    different: "otherwise than predicted",
+    different: "different from predicted",
     undecided: "undecided",
   };
   await page

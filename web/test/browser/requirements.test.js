@@ -144,7 +144,7 @@ browserTest(
     const changed = await exampleRequirements();
     changed.tolerance_limits.left.helix_slope_um = [-5, 2];
     await call("PATCH", `/v1/jobs/${id}`, { requirements: changed });
-    await rows.nth(2).getByText("Limits that decided").waitFor();
+    await rows.nth(2).getByText("Applied limits").waitFor();
     await rows.nth(3).getByText("Required limits").waitFor();
     assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−5 … 2", "–", "–", "–"]);
     await page.getByText("A fit keeps the limits of the job at the time it was computed.").waitFor();

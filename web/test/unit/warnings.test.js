@@ -58,7 +58,7 @@ test("every code of the interface's own warnings has a sentence in German", asyn
   for (const name of await readdir(api, { recursive: true })) {
     if (!name.endsWith(".rs")) continue;
     const [text = ""] = (await readFile(new URL(name, api), "utf8")).split("#[cfg(test)]");
-    const made = /\b(?:NoticeBody::new|notice|warn)\(\s*"([a-z_]{3,})"|\bcode: "([a-z_]+)"|vec!\[\("([a-z_]{3,})",/g;
+    const made = /\b(?:WarningBody::new|notice|warn)\(\s*"([a-z_]{3,})"|\bcode: "([a-z_]+)"|vec!\[\("([a-z_]{3,})",/g;
     for (const [, ...found] of text.matchAll(made)) codes.add(found.find(Boolean) ?? "");
   }
   assert.ok(codes.size > 25, `${codes.size} codes`);

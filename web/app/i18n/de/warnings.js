@@ -111,6 +111,14 @@ export default {
   surface_misfit: "Die Linienzüge passen zu keiner gemeinsamen Fläche: Vorzeichen, Schnitte und Zähne prüfen.",
   too_few_samples: "Zu wenige Messpunkte im Auswertebereich für eine Auswertung.",
   undefined_samples: "Messpunkte ohne Wert blieben außer Acht.",
+  // curves and surfaces
+  area_uncertain: "Der Flächeninhalt ist nur ungenau bestimmt.",
+  figure_left_out: "Eine Kenngröße fehlt, weil sie sich nicht berechnen lässt.",
+  length_uncertain: "Die Längen sind nur ungenau bestimmt.",
+  no_curvature: "An einigen Stellen hat die Kurve keine Krümmung, weil ihre erste Ableitung 0 ist.",
+  no_tangent_plane: "An einigen Stellen hat die Fläche keine Krümmung.",
+  overshoot: "Zwischen zwei Punkten verlässt die Kurve deren Bereich.",
+  swings_out: "Die Kurve schwingt zwischen den Punkten weit aus.",
   // gears and grids
   below_form_diameter: "Orte liegen unter dem Fuß-Formkreis, wo keine Evolvente mehr ist.",
   outside_face_width: "Die Orte reichen weiter, als das Rad breit ist.",

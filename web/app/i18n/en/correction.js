@@ -44,10 +44,10 @@ export default {
   tooth: "Tooth",
   csvForMachine: "CSV for the controller",
   drawn: "Chart",
-  inseparable: (/** @type {string} */ names) => `cannot be distinguished from ${names}`,
-  apart: "What cannot be distinguished",
-  apartSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>
-    `The effects of ${names} nearly cancel on these nodes${index ? ` (condition index ${index})` : ""}: the measurement tells their sum, not each of them.`,
+  inseparable: (/** @type {string} */ names) => `indistinguishable from ${names}`,
+  indistinguishable: "Indistinguishable settings",
+  indistinguishableSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>
+    `The effects of ${names} nearly cancel on these nodes${index ? ` (condition index ${index})` : ""}: the measurement determines their sum, but not each one.`,
   and: "and",
   figures: "Figures before, predicted and measured",
   figuresBefore: "Figures before and predicted",
@@ -90,12 +90,15 @@ export default {
   weaker: "weaker than predicted",
   no_response: "no response",
   stronger: "stronger than predicted",
-  different: "otherwise than predicted",
+  different: "different from predicted",
   undecided: "undecided",
-  sentence_as_predicted: "The predicted change came: its response ratio includes 1 and is above a half.",
-  sentence_weaker: "Less of the predicted change came than noise and the uncertainty of the response explain.",
-  sentence_no_response: "Nothing that differs from noise came of the predicted change. Were the changes entered?",
-  sentence_stronger: "More of the predicted change came than noise and the uncertainty of the response explain.",
+  sentence_as_predicted:
+    "The change occurred as predicted: the interval of the response ratio includes 1 and is above 0.5.",
+  sentence_weaker:
+    "The change is smaller than predicted, by more than noise and the uncertainty of the response explain.",
+  sentence_no_response: "The change is indistinguishable from noise. Were the changes entered on the machine?",
+  sentence_stronger:
+    "The change is larger than predicted, by more than noise and the uncertainty of the response explain.",
   sentence_different:
     "Measured and predicted differ in shape by more than noise and the uncertainty of the response explain.",
   sentence_undecided:

@@ -27,7 +27,7 @@ export default {
   bandClearance: (/** @type {number} */ number, /** @type {string} */ clearance) =>
     `Band ${number}: ${clearance} µm clearance`,
   bandLack: (/** @type {number} */ number, /** @type {string} */ lack) => `Band ${number}: ${lack} µm too narrow`,
-  bandUntold: (/** @type {number} */ number) => `Band ${number}: undecidable, samples are missing`,
+  bandUndecided: (/** @type {number} */ number) => `Band ${number}: undecidable, samples are missing`,
   limits: "Limits",
   conformityOf: (/** @type {string} */ symbol) => `Conformity ${symbol}`,
   band: (/** @type {string} */ width, /** @type {number} */ of, /** @type {string} */ symbol) =>

@@ -39,7 +39,7 @@ export default {
   left: "left",
   right: "right",
   flankHint: (/** @type {string} */ limit) =>
-    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip above, face I left. ✓, ✗: whether all figures conform to their limits; ?: undecidable; !: doubtful. Class: of the evaluation kept last.`,
+    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip at the top, face I on the left. ✓, ✗: all figures conform to their limits or not; ?: undecidable; !: doubtful. Class: of the latest evaluation.`,
   withinLimits: "Within limits",
   class: "Class",
   rms: "RMS",

@@ -126,7 +126,7 @@ export default {
   record_gear_correction: "correction of the gear",
   record_measurand: "change of flank, tooth or axes",
   record_applied: "Entered on the machine",
-  earlierEntries: "Of long lists the last hundred entries are shown.",
+  earlierEntries: "Long lists are limited to the last hundred entries.",
   earlierFit: "a fit that is not listed",
   noWarnings: "No warnings.",
   ofFit: (/** @type {number} */ number) => `Iteration ${number}, fit`,

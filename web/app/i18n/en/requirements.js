@@ -86,9 +86,9 @@ export default {
   biasBound: "Bias bound",
   limitsOf: "Limits",
   noLimits: "no limits",
-  limitsDecided: "Limits that decided",
+  limitsDecided: "Applied limits",
   limitsRequired: "Required limits",
-  limitsShare: "A fit keeps the limits that the job had when it was made.",
+  limitsShare: "A fit keeps the limits of the job at the time it was computed.",
   drawn: "Chart",
   conformity: "Conformity",
   within: "within the limits",
@@ -118,7 +118,7 @@ export default {
       no_scale: "scale of the residuals unknown",
     })[code] ?? code,
   conformityHint:
-    "Conformity is decided by ISO 14253-1, with a guard band of the uncertainty. It is doubtful where the residuals contradict the assumptions, and undecidable where a figure is too close to a limit or has no interval.",
+    "Conformity is decided by ISO 14253-1, with a guard band for the uncertainty. It is doubtful where the residuals contradict the assumptions, and undecidable where a figure is too close to a limit or has no interval.",
   thumbnail: (/** @type {string} */ figures, /** @type {"left" | "right" | undefined} */ flank) =>
     `${flank ? { left: "Left flank", right: "Right flank" }[flank] : "Flank"} with its figures: ${figures}`,
 };

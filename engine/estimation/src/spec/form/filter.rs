@@ -39,7 +39,7 @@ pub(in crate::spec) enum Filter {
         /// spacing.
         #[schema(exclusive_minimum = 0)]
         cutoff: f64,
-        /// Default false.
+        /// True for the robust filter. Default false.
         #[serde(default)]
         robust: bool,
         /// Order of the robust regression, 0 or 2; with `robust` only. Default 2, which keeps
