@@ -127,6 +127,7 @@ CREATE TABLE fits (
     prior                 bytea,
     result                bytea       NOT NULL,
     PRIMARY KEY (job, number, position),
+    UNIQUE (job, number, id),
     FOREIGN KEY (job, number) REFERENCES iterations (job, number)
 );
 

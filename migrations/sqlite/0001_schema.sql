@@ -89,6 +89,7 @@ CREATE TABLE fits (
     prior                 BLOB,
     result                BLOB    NOT NULL,
     PRIMARY KEY (job, number, position),
+    UNIQUE (job, number, id),
     FOREIGN KEY (job, number) REFERENCES iterations (job, number)
 ) STRICT;
 

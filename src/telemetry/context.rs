@@ -104,10 +104,46 @@ mod tests {
         of.is_valid().then(|| (of.trace_id().to_string(), of.is_sampled(), states))
     }
 
+    /// W3C Trace Context, 3.2.2: others begin a new trace.
     #[test]
-    fn states_go_on_if_they_are_short() {
+    fn a_traceparent_is_read_by_its_definition() {
         const TRACE: &str = "4bf92f3577b34da6a3ce929d0e0e4736";
-        let text = format!("00-{TRACE}-00f067aa0ba902b7-01");
+        const SPAN: &str = "00f067aa0ba902b7";
+        let none = String::new();
+        for (flags, sampled) in [("00", false), ("01", true), ("02", false), ("ff", true)] {
+            let text = format!("00-{TRACE}-{SPAN}-{flags}");
+            assert_eq!(above(&text, None), Some((TRACE.into(), sampled, none.clone())), "{text}");
+        }
+        for later in ["cc-T-S-01", "cc-T-S-01-what-follows", "01-T-S-01-"] {
+            let text = later.replace('T', TRACE).replace('S', SPAN);
+            assert_eq!(above(&text, None), Some((TRACE.into(), true, none.clone())), "{text}");
+        }
+        for wrong in [
+            "",
+            "00",
+            "00-T-S",
+            "00-T-S-1",
+            "00-T-S-01-",
+            "00-T-S-01-more",
+            "cc-T-S-01.more",
+            "ff-T-S-01",
+            "0-T-S-01",
+            "+0-T-S-01",
+            "00-1-S-01",
+            "00-T-1-01",
+            "00-T+S-01",
+            "00-T-S-0A",
+            "00-T-S-0é",
+            "00-00000000000000000000000000000000-S-01",
+            "00-T-0000000000000000-01",
+            "00-4BF92F3577B34DA6A3CE929D0E0E4736-S-01",
+            "00-+bf92f3577b34da6a3ce929d0e0e4736-S-01",
+            "00-T-00F067AA0BA902B7-01",
+        ] {
+            let text = wrong.replace('T', TRACE).replace('S', SPAN);
+            assert_eq!(above(&text, Some("a=1")), None, "{text}");
+        }
+        let text = format!("00-{TRACE}-{SPAN}-01");
         for (states, kept) in [("a=1,b=2", "a=1,b=2"), ("nonsense", "")] {
             assert_eq!(above(&text, Some(states)), Some((TRACE.into(), true, kept.into())), "{states}");
         }
@@ -115,6 +151,6 @@ mod tests {
             |count: usize| (0..count).map(|n| format!("k{n}={}", "1".repeat(120))).collect::<Vec<_>>().join(",");
         assert!(states(4).len() <= LONGEST_STATE && states(5).len() > LONGEST_STATE);
         assert_eq!(above(&text, Some(&states(4))), Some((TRACE.into(), true, states(4))));
-        assert_eq!(above(&text, Some(&states(5))), Some((TRACE.into(), true, String::new())));
+        assert_eq!(above(&text, Some(&states(5))), Some((TRACE.into(), true, none)));
     }
 }

@@ -14,6 +14,7 @@ use axum::{
 };
 use futures_util::stream;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, timeout};
+use tracing::Instrument as _;
 
 use super::prelude::*;
 use super::{
@@ -52,7 +53,7 @@ async fn begin(state: AppState, request: Request, next: Next) -> Result<Response
     let (handle, begun) = (Handle::new(), Instant::now());
     let handling = pool::under(handle.clone(), next.run(Request::from_parts(parts, Body::from(bytes))));
     let handling = pool::on_behalf_of(pool::party(), handling);
-    let mut answer: Answer = Box::pin(observe::in_time(state.settings.progress_timeout, handling));
+    let mut answer: Answer = Box::pin(observe::in_time(state.settings.progress_timeout, handling).in_current_span());
     let look = state.settings.pace.look.min(state.settings.request_timeout() / 2);
     let mut replayed = None;
     match timeout(look, &mut answer).await {

@@ -93,8 +93,8 @@ impl PostgresSettings {
 }
 
 /// Parameters of URLs that the library knows; of others it would log the value.
-const PARAMETERS: &str = "sslmode ssl-mode sslrootcert ssl-root-cert ssl-ca sslcert ssl-cert sslkey ssl-key statement-cache- \
-    capacity host hostaddr port dbname user password application_name options";
+const PARAMETERS: &str = "sslmode ssl-mode sslrootcert ssl-root-cert ssl-ca sslcert ssl-cert sslkey ssl-key \
+    statement-cache-capacity host hostaddr port dbname user password application_name options";
 
 /// A URL without the parameters that are not known.
 fn without_unknown(url: &str) -> String {
@@ -136,6 +136,8 @@ mod tests {
         assert_eq!(without_unknown(given), "postgres://h/d?sslmode=require&options[a]=b");
         assert_eq!(without_unknown("postgres://h/d"), "postgres://h/d");
         assert!(PostgresSettings::of_url(given).is_ok());
+        let all = "postgres://h/d?ssl-mode=require&sslkey=k&statement-cache-capacity=0&application_name=a";
+        assert_eq!(without_unknown(all), all);
     }
 
     #[test]

@@ -249,7 +249,9 @@ fn help_shows_no_secret() {
 fn errors_show_no_password() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
-    let (file, here) = (file.to_str().unwrap(), in_file(&folder.path().join("here.db")));
+    let archive = folder.path().join("archive");
+    std::fs::write(&archive, "").unwrap();
+    let (file, archive) = (file.to_str().unwrap(), archive.to_str().unwrap());
     let urls = ["postgre", "Postgres", "mysql", "sqlite"].map(|scheme| format!("{scheme}://u:{PASSWORD}@h/d"));
     let wrong_port = format!("postgres://u:{PASSWORD}@h:port/d");
     let slash = format!("postgres://u:12/{PASSWORD}@127.0.0.1/d");
@@ -261,8 +263,8 @@ fn errors_show_no_password() {
             &["serve", "--bind", "127.0.0.1:0", "--log", "trace", "--store-patience", "1", "--database-url", url][..],
             &["backup", file, "--database-url", url],
             &["export", file, "--database-url", url],
-            &["copy", "--from", url, "--to", &here],
-            &["copy", "--from", &here, "--to", url],
+            &["import", archive, "--database-url", url],
+            &["purge", "--older-than", "9", "--database-url", url],
             &["migrate", "--database-url", url],
             &["audit", "verify", "--database-url", url],
             &["keys", "create", "--role", "root", "--database-url", url],
@@ -275,7 +277,8 @@ fn errors_show_no_password() {
     let key = format!("ffk_{PASSWORD}");
     let issuer = format!("https://u:{PASSWORD}@id.example");
     type Variables<'a> = &'a [(&'a str, &'a str)];
-    let others: [(&[&str], Variables<'_>); 8] = [
+    let joined = format!("--databse-url={issuer}");
+    let others: [(&[&str], Variables<'_>); 13] = [
         (&["serve", "--api-keys-sha256", &key], &[]),
         (&["serve"], &[("FLANKFIT_API_KEYS_SHA256", key.as_str())]),
         (&["serve", "--oidc-audience", "a", "--oidc-issuer", &issuer], &[]),
@@ -284,6 +287,11 @@ fn errors_show_no_password() {
         (&["serve", "--otlp-endpoint", &issuer], &[]),
         (&["serve", "--otlp-endpoint", "http://127.0.0.1:1", "--otlp-headers", PASSWORD], &[]),
         (&["migrate", &issuer], &[]),
+        (&["serve", "--databse-url", &issuer], &[]),
+        (&["serve", &joined], &[]),
+        (&[&issuer], &[]),
+        (&["purge", "--older-than", &issuer], &[]),
+        (&["export", "to", &issuer], &[]),
     ];
     for (arguments, variables) in others {
         let (code, said) = output_of(arguments, variables);
