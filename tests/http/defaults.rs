@@ -4,7 +4,10 @@
 use flankfit::{api::examples::REQUEST_EXAMPLES, http::openapi::openapi_json};
 use serde_json::{Value, json};
 
-use crate::harness::{Answer, TestApp, send};
+use crate::{
+    harness::{Answer, TestApp, send},
+    schema::Schemas,
+};
 
 /// Requests with one default written out, and its place.
 struct Written<'a> {
@@ -57,6 +60,28 @@ fn result(answer: &Answer) -> Value {
     }
     all.pointer_mut("/evaluation").map(Value::take);
     all
+}
+
+#[test]
+fn defaults_of_the_document_are_valid() {
+    fn walk(schemas: &Schemas<'_>, schema: &Value, wrong: &mut Vec<String>) {
+        if let (Value::Object(fields), Some(default)) = (schema, schema.get("default")) {
+            let mut own = fields.clone();
+            own.remove("default");
+            wrong.extend(schemas.faults(&own.into(), default).into_iter().map(|fault| format!("{schema}: {fault}")));
+        }
+        match schema {
+            Value::Object(fields) => fields.values().for_each(|part| walk(schemas, part, wrong)),
+            Value::Array(list) => list.iter().for_each(|part| walk(schemas, part, wrong)),
+            _ => {}
+        }
+    }
+    let document: Value = serde_json::from_str(openapi_json()).unwrap();
+    let mut wrong = Vec::new();
+    for schema in document["components"]["schemas"].as_object().unwrap().values() {
+        walk(&Schemas(&document), schema, &mut wrong);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[tokio::test]

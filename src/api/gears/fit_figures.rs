@@ -267,7 +267,7 @@ impl Asked<'_> {
             }
             (Some(_), None) => body.warnings.push(failed.map_or_else(
                 || notice("rank_deficient", "the nodes do not determine the coefficients"),
-                |failed| WarningBody::new("not_over_roll_lengths", &format!("no fit over roll lengths: {failed}")),
+                |failed| WarningBody::new("not_over_roll_lengths", format!("no fit over roll lengths: {failed}")),
             )),
             (None, _) => {}
         }
@@ -348,7 +348,7 @@ fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>)
 }
 
 fn notice(code: &str, message: &str) -> WarningBody {
-    WarningBody::new(code, &message)
+    WarningBody::new(code, message)
 }
 
 /// Returns the reason why a model has no figures of second order.

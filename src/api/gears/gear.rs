@@ -66,7 +66,7 @@ impl GearBody {
     /// A warning where the hand of a helix had to be assumed.
     pub fn hand_assumed(&self) -> Option<WarningBody> {
         let assumed = self.hand.is_none() && self.helix_angle_deg.is_some_and(|angle| angle > 0.0);
-        assumed.then(|| WarningBody::new("hand_assumed", &"no `hand` is given: a right-hand helix is assumed"))
+        assumed.then(|| WarningBody::new("hand_assumed", "no `hand` is given: a right-hand helix is assumed"))
     }
 
     /// Returns the gear; pointers of errors begin with `at`.

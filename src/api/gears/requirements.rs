@@ -146,5 +146,5 @@ pub fn class_left_aside(why: &str) -> WarningBody {
 
 /// Returns the warning about a requirement that is left aside.
 pub fn aside(what: &str) -> WarningBody {
-    WarningBody::new("requirement_left_aside", &what)
+    WarningBody::new("requirement_left_aside", what)
 }

@@ -102,7 +102,7 @@ pub fn draft(
     if job.gear.is_none() && spec.gear.is_none() {
         let message = "the job has no gear; the file is evaluated for the gear that it describes. Give the job a \
             `gear` by `PATCH` for figures of fits, limits and corrections";
-        let notice = WarningBody::new("gear_missing", &message);
+        let notice = WarningBody::new("gear_missing", message);
         read.warnings.push(notice.clone());
         read.evaluation.iter_mut().for_each(|evaluation| evaluation.warnings.push(notice.clone()));
     }

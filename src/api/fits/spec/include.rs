@@ -37,10 +37,10 @@ pub enum IncludeName {
     /// `curve` or `surface` of a polynomial: the fitted function as a B-spline (those of B-splines
     /// are always answered).
     Shape,
-    /// `representative`: what of a fit regularised by `spectral` is used for others.
+    /// `representative`: the parts of a fit regularised by `spectral` that other fits use.
     Representative,
-    /// `coefficients[].interval` and what belongs to it. They are in every answer to a fit, so this
-    /// name adds nothing and does not stand in the answered `spec`.
+    /// `coefficients[].interval` and its kind. Every response to a fit has them: this name adds
+    /// nothing and is not in the returned `spec`.
     Intervals,
     /// `regularization.predicted_mse_corrected`, found by simulation: λ* is chosen 240
     /// times anew.
@@ -49,8 +49,11 @@ pub enum IncludeName {
     Enclosure,
 }
 
+/// Returns a flag.
+type Flag = fn(&mut spec::Include) -> &mut bool;
+
 /// The flag of each name.
-const FLAGS: [(IncludeName, fn(&mut spec::Include) -> &mut bool); 14] = [
+const FLAGS: [(IncludeName, Flag); 14] = [
     (IncludeName::Residuals, |include| &mut include.residuals),
     (IncludeName::Fitted, |include| &mut include.fitted),
     (IncludeName::Collinearity, |include| &mut include.collinearity),

@@ -47,7 +47,7 @@ pub fn complete(
             notices.extend(of_job.filter(|design| design.lacks_range()).map(|_| {
                 WarningBody::new(
                     "design_range_assumed",
-                    &"the job's design has no range for its figures: the evaluation ranges are assumed; add \
+                    "the job's design has no range for its figures: the evaluation ranges are assumed; add \
                       `profile_diameter_range_mm` and `helix_range_mm`",
                 )
             }));

@@ -200,7 +200,7 @@ impl PitchRequestBody {
         let mut warnings = Vec::new();
         // pitches from which no run-out follows are still evaluated
         let mut none = |why: &str| {
-            warnings.push(WarningBody::new("no_runout", &format!("no run-out follows from the pitches: {why}")));
+            warnings.push(WarningBody::new("no_runout", format!("no run-out follows from the pitches: {why}")));
         };
         let runout = match (&self.readings_um, &left, &right, self.counting) {
             (Some(readings), ..) => {

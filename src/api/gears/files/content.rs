@@ -60,7 +60,7 @@ pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
 /// Returns the warnings of a reader.
 pub(in crate::api) fn notices(notes: &Notes) -> Vec<WarningBody> {
     let each = notes.list().iter();
-    each.map(|Note { line, remark }| WarningBody::new(remark.code(), &format!("line {line}: {remark}"))).collect()
+    each.map(|Note { line, remark }| WarningBody::new(remark.code(), format!("line {line}: {remark}"))).collect()
 }
 
 impl FileRead {

@@ -100,7 +100,7 @@ pub(super) fn of_traces(
     let evaluation = evaluation.unwrap_or_else(|faults| {
         let why: Vec<String> =
             faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
-        warnings.push(WarningBody::new("not_evaluated", &why.join("; ")));
+        warnings.push(WarningBody::new("not_evaluated", why.join("; ")));
         None
     });
     let nodes = nodes_of(&gear, &traces, &settings);

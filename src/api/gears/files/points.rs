@@ -79,7 +79,7 @@ pub(in crate::api) fn of_model(
     warnings.extend(notices(&model.notes));
     let message = "a model does not define the sign of its amounts; they are assumed to be along the normal, positive \
         where material protrudes";
-    warnings.push(WarningBody::new("sign_assumed", &message));
+    warnings.push(WarningBody::new("sign_assumed", message));
     if !topographies {
         let traces = traces(of_gear, &gear, &mut warnings);
         let mut settings = spec.evaluation.clone().unwrap_or_default();

@@ -179,13 +179,13 @@ pub fn answer(
     };
     for set in &sets {
         match set.crossings.map(|crossings| crossings.helix_sign()) {
-            Some(HelixSign::Turned) => warnings.push(WarningBody::new("helices_turned", &turned(set))),
-            Some(HelixSign::Undetermined) => warnings.push(WarningBody::new("sign_assumed", &sign_assumed(set))),
+            Some(HelixSign::Turned) => warnings.push(WarningBody::new("helices_turned", turned(set))),
+            Some(HelixSign::Undetermined) => warnings.push(WarningBody::new("sign_assumed", sign_assumed(set))),
             Some(HelixSign::AsGiven) | None => {}
         }
     }
     for set in sets.iter().filter(|set| set.own_zeros.is_some()) {
-        warnings.push(WarningBody::new("own_zeros_assumed", &own_zeros(set)));
+        warnings.push(WarningBody::new("own_zeros_assumed", own_zeros(set)));
     }
     let zeros = sets.first().filter(|_| with_nodes).and_then(|set| set.own_zeros.as_ref());
     let proposal = ProposalBody {
@@ -234,7 +234,7 @@ fn unknown(error: &FileError) -> WarningBody {
         Some((FlankFault::TooMany, message)) => WarningBody::new("too_many_flanks", message),
         None => {
             let message = "the columns with places and heights are not known; name them as `columns`";
-            WarningBody::new("columns_unknown", &message)
+            WarningBody::new("columns_unknown", message)
         }
     }
 }

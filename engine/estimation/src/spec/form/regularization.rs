@@ -26,13 +26,13 @@ pub(in crate::spec) enum Regularization {
         #[serde(default = "condition_limit")]
         #[schema(exclusive_minimum = 1, default = json!(DEFAULT_CONDITION_LIMIT))]
         condition_limit: f64,
-        /// Default `min_mse`.
+        /// Default `{"criterion":"min_mse"}`.
         #[serde(default = "min_mse")]
         lambda_star: Parameter,
     },
     /// Ridge: every eigenvalue is lifted by k.
     Ridge {
-        /// k. Default `min_mse`.
+        /// k. Default `{"criterion":"min_mse"}`.
         #[serde(default = "min_mse")]
         parameter: Parameter,
     },
@@ -50,7 +50,7 @@ pub(in crate::spec) enum Regularization {
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(min_items = 1, max_items = 2)]
         weights: Option<Vec<f64>>,
-        /// λ. Default `min_mse`.
+        /// λ. Default `{"criterion":"min_mse"}`.
         #[serde(default = "min_mse")]
         parameter: Parameter,
     },
@@ -84,7 +84,7 @@ pub(in crate::spec) enum Regularization {
         /// Target T, in the order of the coefficients; for example the coefficients of the nominal
         /// flank. With `standardized` the constant's entry is ignored.
         target: Vec<f64>,
-        /// k. Default `optimal`.
+        /// k. Default `{"criterion":"optimal"}`.
         #[serde(default = "optimal")]
         parameter: Parameter,
     },
