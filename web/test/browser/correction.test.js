@@ -152,8 +152,8 @@ browserTest(
     assert.equal(kept.target, undefined, "the job's own, and no zeros");
     const changes = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody tr");
     for (const [i, setting] of result.settings.entries())
-      if (setting.left) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "no change");
-    assert.ok(result.settings.some((/** @type {any} */ setting) => setting.left));
+      if (setting.unchanged) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "no change");
+    assert.ok(result.settings.some((/** @type {any} */ setting) => setting.unchanged));
     const figures = page.getByRole("table", { name: "Figures before and predicted" }).locator("tbody tr");
     const words = { conforms: "conforms", does_not_conform: "does not conform", undecidable: "undecidable" };
     const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning"];
@@ -293,7 +293,7 @@ browserTest("a change that means little is not bold, and each reason is said onc
   const rows = changes.locator("tbody tr");
   let [unsure, sure] = [0, 0];
   for (const [i, setting] of result.settings.entries()) {
-    if (setting.fixed || setting.undetermined || setting.left || setting.limited) continue;
+    if (setting.fixed || setting.undetermined || setting.unchanged || setting.limited) continue;
     const weight = await rows
       .nth(i)
       .locator(".change")

@@ -43,7 +43,7 @@ browserTest("settings for both flanks are computed from the mean over their teet
     const cells = rows.nth(i).locator("th .cell, td .cell");
     const name = (await cells.nth(0).textContent()) ?? "";
     assert.ok(name.includes(setting.name) && !/, (left|right)/.test(name), name);
-    if (setting.fixed || setting.undetermined || setting.left) continue;
+    if (setting.fixed || setting.undetermined || setting.unchanged) continue;
     agrees(await cells.nth(1).textContent(), setting.change);
   }
   for (const side of ["left", "right"]) {
