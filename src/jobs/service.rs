@@ -118,7 +118,7 @@ impl JobService {
 /// The jobs of one tenant and everything that a caller can do with them.
 ///
 /// Whoever waits for a use case may leave at any time. What the store has taken is then finished
-/// all the same, with what follows from it ([`to_completion`]); what it has not taken yet is not
+/// all the same, with what follows from it (`to_completion`); what it has not taken yet is not
 /// begun.
 #[derive(Clone)]
 pub struct Jobs {
