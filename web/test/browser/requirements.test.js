@@ -281,7 +281,7 @@ browserTest(
     assert.match((await tile.textContent()) ?? "", /!conforms, doubtful: .*lack of fit of the model/);
     const panel = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true });
     await panel.locator(".badge.warn", { hasText: "doubtful" }).waitFor();
-    await panel.getByText(/^Doubtful: .*the model lacks a shape/).waitFor();
+    await panel.getByText(/^Doubtful: .*lack of fit of the model/).waitFor();
     for (const path of [`/jobs/${id}`, `/jobs/${id}/iterations/1`, "/jobs", `/jobs/${id}/report`]) {
       await open(path);
       await page.getByText("!", { exact: true }).first().waitFor();
