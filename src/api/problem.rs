@@ -294,8 +294,8 @@ mod tests {
         for (pointer, detail) in [("/gear", "missing"), ("/gear/teeth", "missing"), ("/gears", "missing")] {
             faults.push_missing(pointer, detail);
         }
-        let told: Vec<_> = Problem::invalid(faults).errors.into_iter().map(|error| error.pointer).collect();
-        assert_eq!(told, ["/gear", "/gears"]);
+        let pointers: Vec<_> = Problem::invalid(faults).errors.into_iter().map(|error| error.pointer).collect();
+        assert_eq!(pointers, ["/gear", "/gears"]);
         let mut faults = Faults::default();
         faults.push_missing("/nodes", "missing; give nodes");
         faults.push("", "expected an object, found an array");

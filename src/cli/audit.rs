@@ -66,9 +66,9 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
     };
     let mut out = out();
     // if nobody reads the output, the exit code still reports the result
-    let told = print_verdict(&mut out, &verdict, &spoilt);
+    let printed = print_verdict(&mut out, &verdict, &spoilt);
     let is_intact = verdict.differences.is_empty() && spoilt.is_empty();
-    let _left = told.and_then(|()| out.flush());
+    let _left = printed.and_then(|()| out.flush());
     if is_intact { ExitCode::SUCCESS } else { ExitCode::from(BROKEN) }
 }
 

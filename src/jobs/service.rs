@@ -299,13 +299,13 @@ impl Jobs {
     }
 }
 
-/// Finishes what was begun even if whoever waits for it leaves. Nothing is begun before somebody
-/// waits.
+/// Finishes what was begun even if its caller leaves. Nothing is begun before it is
+/// awaited.
 pub(super) async fn to_completion<T: Send + 'static>(rest: impl Future<Output = T> + Send + 'static) -> T {
     match tokio::spawn(rest.in_current_span()).await.map_err(JoinError::try_into_panic) {
         Ok(done) => done,
         Err(Ok(panic)) => std::panic::resume_unwind(panic),
-        // the runtime stops, and with it whoever waits
+        // the runtime stops, and its caller with it
         Err(Err(_stopped)) => std::future::pending().await,
     }
 }

@@ -296,14 +296,14 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
 /// A part at its limit is found to conform, or not to, in one measurement of twenty each.
 #[test]
 fn a_part_at_its_limit_rarely_conforms() {
-    let told = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
+    let limits = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
     let order = [ConformityVerdict::Conforms, ConformityVerdict::Undecidable, ConformityVerdict::DoesNotConform];
     assert_eq!(order.map(|outcome| outcome as usize), [0, 1, 2]);
-    let [conforms, open, not] = decisions(6.0, told);
+    let [conforms, open, not] = decisions(6.0, limits);
     assert!((0.02..=0.071).contains(&conforms) && (0.02..=0.071).contains(&not), "{conforms} {not} {open}");
-    let [conforms, _, not] = decisions(3.0, told);
+    let [conforms, _, not] = decisions(3.0, limits);
     assert!(conforms > 0.95 && not == 0.0, "{conforms} {not}");
-    let [conforms, _, not] = decisions(9.0, told);
+    let [conforms, _, not] = decisions(9.0, limits);
     assert!(conforms == 0.0 && not > 0.95, "{conforms} {not}");
     // by the class: at f_HβT of class 4
     let class = ToleranceLimits { class: Some(4), ..ToleranceLimits::default() };

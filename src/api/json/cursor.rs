@@ -365,6 +365,22 @@ mod tests {
         assert_eq!(line_and_column(b"", 9), (1, 1));
     }
 
+    #[test]
+    fn ties_and_long_numbers_are_rounded_to_nearest() {
+        let half = "1.00000000000000011102230246251565404236316680908203125";
+        let long = format!("0.{}1e400", "0".repeat(399));
+        for (text, value) in [
+            ("9007199254740993", 9_007_199_254_740_992.0),
+            ("9007199254740995", 9_007_199_254_740_996.0),
+            (half, 1.0),
+            (&format!("{half}1"), 1.0 + f64::EPSILON),
+            ("2.2250738585072011e-308", 2.225_073_858_507_201e-308),
+            (&long, 1.0),
+        ] {
+            assert_eq!(Cursor::new(text.as_bytes()).number().unwrap(), value, "{text}");
+        }
+    }
+
     proptest! {
         #[test]
         fn numbers_come_back_bit_by_bit(bits in any::<u64>(), integer in any::<i64>()) {

@@ -8,7 +8,7 @@ use serde_json::ser::Formatter;
 /// `null` in its place is a number that is not finite.
 pub struct NullFields {
     /// The field that was begun last.
-    key: String,
+    pub key: String,
     in_key: bool,
     in_field: bool,
     /// The first that is `null`.

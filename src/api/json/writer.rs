@@ -18,11 +18,11 @@ pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
 /// Returns the same text, of about so many bytes.
 pub fn whole_of(bytes: usize, answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
     let mut text = Vec::with_capacity(bytes);
-    serde_json::to_writer(&mut text, answer).map_err(|error| NotFinite(error.to_string()))?;
-    if memmem::find(&text, b"null").is_some() {
+    let written = serde_json::to_writer(&mut text, answer);
+    if written.is_err() || memmem::find(&text, b"null").is_some() {
         let mut fields = NullFields::default();
-        let _same = answer.serialize(&mut serde_json::Serializer::with_formatter(std::io::sink(), &mut fields));
-        if let Some(culprit) = fields.culprit {
+        let again = answer.serialize(&mut serde_json::Serializer::with_formatter(std::io::sink(), &mut fields));
+        if let Some(culprit) = fields.culprit.or_else(|| again.err().map(|_| fields.key)) {
             return Err(NotFinite(culprit));
         }
     }
@@ -47,7 +47,8 @@ mod tests {
         assert_eq!(whole(&[None, Some(1.5)]).unwrap(), b"[null,1.5]", "a place of a list may be empty");
         for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(whole(&[body(1.0), body(wrong)]), Err(NotFinite("b".to_owned())));
-            assert!(whole(&[Values { width: 1, flat: vec![1.0, wrong] }]).is_err());
+            let values = |x| std::collections::BTreeMap::from([("a", Values::from(vec![1.0])), ("b", vec![x].into())]);
+            assert_eq!(whole(&values(wrong)), Err(NotFinite("b".to_owned())));
         }
         assert_eq!(whole(&Values { width: 2, flat: vec![1.0, 2.0, 3.0, 4.0] }).unwrap(), b"[[1.0,2.0],[3.0,4.0]]");
     }

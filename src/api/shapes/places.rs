@@ -73,7 +73,7 @@ impl From<Vec<f64>> for Values {
 impl Serialize for Values {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.width {
-            _ if !self.flat.iter().all(|x| x.is_finite()) => Err(S::Error::custom("values")),
+            _ if !self.flat.iter().all(|x| x.is_finite()) => Err(S::Error::custom("a number is not finite")),
             1 => serializer.collect_seq(self.flat.iter().asking(20)),
             width => serializer.collect_seq(self.flat.chunks_exact(width).asking(20)),
         }

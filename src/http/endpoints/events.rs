@@ -173,11 +173,11 @@ impl Subject {
             let page: Vec<_> = match job {
                 Some(job) => {
                     let page = jobs.events(job, after.number, PAGE).await?.into_iter();
-                    page.map(|told| (of_job(told.number), event(told.number, &told.into()))).collect()
+                    page.map(|one| (of_job(one.number), event(one.number, &one.into()))).collect()
                 }
                 None => {
                     let page = jobs.all_events(after, PAGE).await?.into_iter();
-                    page.map(|told| (told.place, event(events::place_text(told.place), &told.into()))).collect()
+                    page.map(|one| (one.place, event(events::place_text(one.place), &one.into()))).collect()
                 }
             };
             let last = page.last().map(|(place, _)| *place);

@@ -120,8 +120,8 @@ async fn get_readiness(
     }
     match state.readiness.check(&state.jobs).await {
         Ok(()) => Ok(axum::Json(Health::of(&state))),
-        Err(Unready { told, cause }) => {
-            Err(Problem::new(ProblemCode::StoreUnavailable, told).caused_by(cause).retry_after(1))
+        Err(Unready { message, cause }) => {
+            Err(Problem::new(ProblemCode::StoreUnavailable, message).caused_by(cause).retry_after(1))
         }
     }
 }

@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// database, and all of it for the log.
 #[derive(Clone, Debug)]
 pub struct Unready {
-    pub told: &'static str,
+    pub message: &'static str,
     pub cause: String,
 }
 
@@ -75,10 +75,10 @@ async fn answered(
 ) -> Result<(), Unready> {
     match timeout_at(until, asking).await {
         Ok(Ok(())) => Ok(()),
-        Ok(Err(RepositoryError::Unfit(unfit))) => Err(Unready { told: message_of(unfit), cause: unfit.to_string() }),
-        Ok(Err(error)) => Err(Unready { told: otherwise, cause: error.to_string() }),
+        Ok(Err(RepositoryError::Unfit(unfit))) => Err(Unready { message: message_of(unfit), cause: unfit.to_string() }),
+        Ok(Err(error)) => Err(Unready { message: otherwise, cause: error.to_string() }),
         Err(_elapsed) => {
-            Err(Unready { told: otherwise, cause: format!("no response within {} s", PATIENCE.as_secs()) })
+            Err(Unready { message: otherwise, cause: format!("no response within {} s", PATIENCE.as_secs()) })
         }
     }
 }

@@ -34,6 +34,8 @@ async fn bad_jobs_are_refused_with_pointers() {
         ("limit=0", "/limit"),
         ("limit=201", "/limit"),
         ("cursor=here", "/cursor"),
+        ("cursor=%30%C3%A9", "/cursor"),
+        ("cursor=99019a0000000070008000000000000000", "/cursor"),
         ("status=done", "/status"),
         ("sort=status", "/sort"),
         ("q=", "/q"),

@@ -166,11 +166,11 @@ impl InversePose {
     /// and of the tilts (µm per µrad) of the part; `normal` is the one at its foot on the nominal
     /// part. The order is x and y shift, x and y tilt.
     pub fn columns(&self, measured: &Vector, normal: &Vector) -> [f64; 4] {
-        let beside = self.relative_to_pivot(measured);
+        let relative = self.relative_to_pivot(measured);
         let normal = turned(*normal, self.turn);
         let shifted = self.rotation * normal;
         // d(Rᵀq) = −(J dw) × Rᵀq; the part moves the other way than the point that is carried back
-        let arm = self.jacobian.transpose() * beside.cross(&normal);
+        let arm = self.jacobian.transpose() * relative.cross(&normal);
         [shifted.x, shifted.y, 1e-3 * arm.x, 1e-3 * arm.y]
     }
 }

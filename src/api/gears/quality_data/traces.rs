@@ -113,7 +113,7 @@ impl Symbols {
 
 /// Limits of the figures of traces, as far as they are known.
 struct Limits {
-    told: SidedLimits,
+    given: SidedLimits,
     /// Tolerances of the requested class.
     tolerances: Option<Tolerances>,
     rounded: bool,
@@ -122,14 +122,14 @@ struct Limits {
 impl Limits {
     fn new(found: &EvaluationBody, gear: Option<&Gear>) -> Self {
         Limits {
-            told: found.evaluation.tolerance_limits.unwrap_or_default(),
+            given: found.evaluation.tolerance_limits.unwrap_or_default(),
             tolerances: gear.and_then(|gear| Tolerances::new(gear).ok()),
             rounded: found.evaluation.tolerances != Some(Rounding::Unrounded),
         }
     }
 
     fn of_class(&self, characteristic: Characteristic) -> Option<f64> {
-        let (class, tolerances) = (self.told.class?, self.tolerances.as_ref()?);
+        let (class, tolerances) = (self.given.class?, self.tolerances.as_ref()?);
         if self.rounded {
             tolerances.rounded(characteristic, class)
         } else {
@@ -140,16 +140,16 @@ impl Limits {
     /// Returns the limits of slope, form, total and crowning: those of the comparison, else of the
     /// flank, else of the class.
     fn of_trace(&self, trace: &Evaluated) -> [[Option<f64>; 2]; 4] {
-        let told = self.told.of(trace.flank);
+        let given = self.given.of(trace.flank);
         let [slope, form, total, crowning] = match trace.kind {
             Kind::Profile => {
-                [told.profile_slope_um, told.profile_form_um, told.profile_total_um, told.profile_crowning_um]
+                [given.profile_slope_um, given.profile_form_um, given.profile_total_um, given.profile_crowning_um]
             }
-            Kind::Helix => [told.helix_slope_um, told.helix_form_um, told.helix_total_um, told.helix_crowning_um],
+            Kind::Helix => [given.helix_slope_um, given.helix_form_um, given.helix_total_um, given.helix_crowning_um],
         };
         let symbols = Symbols::of(trace.kind);
         let compared = |conformity: Option<Conformity>| conformity.map(|conformity| conformity.limits);
-        let most = |told: Option<[f64; 2]>, of| told.map_or([None, self.of_class(of)], |limits| limits.map(Some));
+        let most = |given: Option<[f64; 2]>, of| given.map_or([None, self.of_class(of)], |limits| limits.map(Some));
         let of_class = || self.of_class(symbols.slope).map(|tolerance| [-tolerance, tolerance]);
         [
             bounds(compared(trace.slope_conformity).or(slope).or_else(of_class)),
